@@ -1,0 +1,78 @@
+# One function per kind of target; warnings, sanitizers and ccache are set in this one place.
+#   covey_library(core_pgo SOURCES a.cpp b.cpp DEPENDS core_graph ...)      static library; includes are from the source root
+#   covey_process(dpgo SOURCES main.cpp node.cpp DEPENDS ...)               executable build/<preset>/bin/dpgo
+#   covey_test(core_pgo SOURCES ... DEPENDS ... [LABELS system])            Catch2 executable; each TEST_CASE is a ctest
+#   covey_bench(pgo SOURCES ... DEPENDS ...)                                Google Benchmark executable bin/bench_pgo
+set(CMAKE_CXX_STANDARD 20)
+set(CMAKE_CXX_STANDARD_REQUIRED ON)
+set(CMAKE_CXX_EXTENSIONS OFF)
+set(CMAKE_EXPORT_COMPILE_COMMANDS ON)
+set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)
+set(CMAKE_CXX_FLAGS_RELEASE "-O2 -DNDEBUG")
+
+set(COVEY_SANITIZE "" CACHE STRING "comma-separated sanitizers: address,undefined or thread")
+option(COVEY_TIDY "run clang-tidy on every source as it is compiled" OFF)
+
+find_program(CCACHE ccache)
+if(CCACHE)
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${CCACHE})
+  set(CMAKE_C_COMPILER_LAUNCHER ${CCACHE})
+endif()
+
+if(COVEY_SANITIZE)
+  # GCC 12 miscompiles vptr checks of member-function subscriptions, and the others triple the compile time of Eigen code.
+  set(CMAKE_CXX_FLAGS_DEBUG "-O1 -g1")
+  set(covey_sanitize_flags -fsanitize=${COVEY_SANITIZE} -fno-omit-frame-pointer)
+  if(COVEY_SANITIZE MATCHES undefined)
+    list(APPEND covey_sanitize_flags -fno-sanitize=vptr,null,alignment,object-size -fno-sanitize-recover=undefined)
+  endif()
+  add_compile_options(${covey_sanitize_flags})
+  add_link_options(${covey_sanitize_flags})
+endif()
+
+function(covey_target_settings target)
+  target_compile_options(${target} PRIVATE -Wall -Wextra -Werror -Wshadow -Wnon-virtual-dtor -Woverloaded-virtual)
+  target_include_directories(${target} PUBLIC ${CMAKE_SOURCE_DIR})
+  if(COVEY_TIDY)
+    set_target_properties(${target} PROPERTIES CXX_CLANG_TIDY "clang-tidy;--quiet")
+  endif()
+endfunction()
+
+function(covey_library target)
+  cmake_parse_arguments(ARG "" "" "SOURCES;DEPENDS" ${ARGN})
+  add_library(${target} STATIC ${ARG_SOURCES})
+  target_link_libraries(${target} PUBLIC ${ARG_DEPENDS})
+  covey_target_settings(${target})
+endfunction()
+
+function(covey_process target)
+  cmake_parse_arguments(ARG "" "" "SOURCES;DEPENDS" ${ARGN})
+  add_executable(${target} ${ARG_SOURCES})
+  target_link_libraries(${target} PRIVATE ${ARG_DEPENDS})
+  covey_target_settings(${target})
+endfunction()
+
+function(covey_test name)
+  cmake_parse_arguments(ARG "" "TIMEOUT" "SOURCES;DEPENDS;LABELS" ${ARGN})
+  if(NOT ARG_TIMEOUT)
+    set(ARG_TIMEOUT 120)
+  endif()
+  if(ARG_LABELS)
+    set(labels LABELS "${ARG_LABELS}")
+  endif()
+  set(target test_${name})
+  add_executable(${target} ${ARG_SOURCES})
+  target_link_libraries(${target} PRIVATE ${ARG_DEPENDS} Catch2::Catch2WithMain)
+  target_compile_definitions(${target} PRIVATE COVEY_SOURCE_DIR="${CMAKE_SOURCE_DIR}" COVEY_BIN_DIR="${CMAKE_BINARY_DIR}/bin")
+  covey_target_settings(${target})
+  # -w NoTests: a test name that matches nothing must fail. A test that needs absent data prints "SKIPPED: reason".
+  catch_discover_tests(${target} TEST_PREFIX "${name}: " EXTRA_ARGS -w NoTests
+    PROPERTIES ${labels} TIMEOUT ${ARG_TIMEOUT} SKIP_REGULAR_EXPRESSION "SKIPPED: ")
+endfunction()
+
+function(covey_bench name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;DEPENDS" ${ARGN})
+  add_executable(bench_${name} ${ARG_SOURCES})
+  target_link_libraries(bench_${name} PRIVATE ${ARG_DEPENDS} benchmark::benchmark_main)
+  covey_target_settings(bench_${name})
+endfunction()
