@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+// The channel table: every channel's name, type and, for the radio, treatment. Names stand here and nowhere else; the
+// human-readable table with rates and sizes is lcmtypes/README.md.
+
+#include <cstdint>
+#include <covey/keyframe_t.hpp>
+#include <covey/loop_t.hpp>
+#include <covey/loop_weights_t.hpp>
+#include <covey/resend_t.hpp>
+#include <covey/status_t.hpp>
+#include <covey/stream_head_t.hpp>
+#include <covey/trajectory_t.hpp>
+#include <string>
+
+namespace covey {
+
+// A channel on one robot's bus.
+template <typename T>
+struct Channel {
+  const char* name;
+};
+
+// A numbered stream: messages arrive once, in order and without gaps (within a stream), whatever the bus loses.
+template <typename T>
+struct StreamChannel {
+  const char* name;
+  std::int64_t (*stream)(const T&);
+  std::int32_t (*number)(const T&);
+};
+
+// A message between robots. Type T begins with utime, from, to.
+template <typename T>
+struct RadioChannel {
+  const char* name;
+  Channel<T> out() const;  // "OUT_" + name, written by the sending robot's process
+  Channel<T> in() const;   // "IN_" + name, read by the receiving robot's process
+};
+
+inline constexpr Channel<status_t> kStatus{"STATUS"};
+inline constexpr Channel<resend_t> kResend{"RESEND"};
+inline constexpr Channel<stream_head_t> kStreamHead{"STREAM_HEAD"};
+inline constexpr Channel<trajectory_t> kTrajectory{"TRAJECTORY"};
+inline constexpr Channel<loop_weights_t> kLoopWeights{"LOOP_WEIGHTS"};
+
+inline constexpr StreamChannel<keyframe_t> kKeyframe{
+    "KEYFRAME", [](const keyframe_t& keyframe) { return keyframe.segment; },
+    [](const keyframe_t& keyframe) { return keyframe.id; }};
+inline constexpr StreamChannel<loop_t> kLoop{
+    "LOOP", [](const loop_t& loop) { return loop.stream; }, [](const loop_t& loop) { return loop.number; }};
+
+}  // namespace covey
