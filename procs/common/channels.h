@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-// The channel table: every channel's name, type and, for the radio, treatment. Names stand here and nowhere else; the
-// human-readable table with rates and sizes is lcmtypes/README.md.
+// The channel table: every channel's name, type and, for the radio, treatment. Names stand here and nowhere
+// else; the human-readable table with rates and sizes is lcmtypes/README.md.
 
-#include <cstdint>
 #include <covey/keyframe_t.hpp>
 #include <covey/loop_t.hpp>
 #include <covey/loop_weights_t.hpp>
@@ -12,6 +11,7 @@
 #include <covey/status_t.hpp>
 #include <covey/stream_head_t.hpp>
 #include <covey/trajectory_t.hpp>
+#include <cstdint>
 #include <string>
 
 namespace covey {
@@ -22,7 +22,8 @@ struct Channel {
   const char* name;
 };
 
-// A numbered stream: messages arrive once, in order and without gaps (within a stream), whatever the bus loses.
+// A numbered stream: messages arrive once, in order and without gaps (within a stream), whatever the bus
+// loses.
 template <typename T>
 struct StreamChannel {
   const char* name;
@@ -30,12 +31,17 @@ struct StreamChannel {
   std::int32_t (*number)(const T&);
 };
 
+// The two names put together; lives as long as the process.
+const char* radio_channel_name(const char* prefix, const char* name);
+
 // A message between robots. Type T begins with utime, from, to.
 template <typename T>
 struct RadioChannel {
   const char* name;
-  Channel<T> out() const;  // "OUT_" + name, written by the sending robot's process
-  Channel<T> in() const;   // "IN_" + name, read by the receiving robot's process
+  // "OUT_" + name, written by the sending robot's process.
+  Channel<T> out() const { return {radio_channel_name("OUT_", name)}; }
+  // "IN_" + name, read by the receiving robot's process.
+  Channel<T> in() const { return {radio_channel_name("IN_", name)}; }
 };
 
 inline constexpr Channel<status_t> kStatus{"STATUS"};
@@ -47,7 +53,7 @@ inline constexpr Channel<loop_weights_t> kLoopWeights{"LOOP_WEIGHTS"};
 inline constexpr StreamChannel<keyframe_t> kKeyframe{
     "KEYFRAME", [](const keyframe_t& keyframe) { return keyframe.segment; },
     [](const keyframe_t& keyframe) { return keyframe.id; }};
-inline constexpr StreamChannel<loop_t> kLoop{
-    "LOOP", [](const loop_t& loop) { return loop.stream; }, [](const loop_t& loop) { return loop.number; }};
+inline constexpr StreamChannel<loop_t> kLoop{"LOOP", [](const loop_t& loop) { return loop.stream; },
+                                             [](const loop_t& loop) { return loop.number; }};
 
 }  // namespace covey
