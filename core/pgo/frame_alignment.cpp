@@ -1,0 +1,162 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/pgo/frame_alignment.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <tuple>
+
+#include "core/base/error.h"
+#include "core/pgo/chi_square.h"
+#include "core/pgo/tls.h"
+
+namespace covey::pgo {
+namespace {
+
+// Candidates tried as a first estimate: all of them up to this many, then evenly spread ones. Bounds the time
+// of a pair.
+constexpr int kMaxSeeds = 300;
+
+struct Averaging {
+  const std::vector<SE3>& candidates;
+  double rotation_precision;     // 1 / sigma_R^2
+  double translation_precision;  // 1 / sigma_t^2
+  double barc2;
+
+  double squared_residual(const SE3& T, const SE3& candidate) const {
+    const double cosine = std::abs(T.rotation.quaternion().dot(candidate.rotation.quaternion()));
+    const double angle = 2.0 * std::acos(std::min(1.0, cosine));
+    return rotation_precision * angle * angle +
+           translation_precision * (T.translation - candidate.translation).squaredNorm();
+  }
+
+  std::vector<double> squared_residuals(const SE3& T) const {
+    std::vector<double> r2(candidates.size());
+    for (std::size_t k = 0; k < r2.size(); ++k) r2[k] = squared_residual(T, candidates[k]);
+    return r2;
+  }
+
+  double tls_cost(const SE3& T) const {
+    double cost = 0.0;
+    for (const SE3& candidate : candidates) cost += std::min(squared_residual(T, candidate), barc2);
+    return cost;
+  }
+
+  // The weighted average: mean translation and Karcher mean rotation, which do not depend on each other.
+  SE3 average(const std::vector<double>& weights, SE3 T) const {
+    double total = 0.0;
+    Eigen::Vector3d translation = Eigen::Vector3d::Zero();
+    for (std::size_t k = 0; k < candidates.size(); ++k) {
+      total += weights[k];
+      translation += weights[k] * candidates[k].translation;
+    }
+    if (total <= 0.0) return T;
+    T.translation = translation / total;
+    for (int i = 0; i < 20; ++i) {
+      Eigen::Vector3d step = Eigen::Vector3d::Zero();
+      for (std::size_t k = 0; k < candidates.size(); ++k) {
+        if (weights[k] > 0.0) step += weights[k] * (T.rotation.inverse() * candidates[k].rotation).log();
+      }
+      step /= total;
+      T.rotation = T.rotation * SO3::exp(step);
+      if (step.norm() < 1e-9) break;
+    }
+    return T;
+  }
+
+  // Averages the candidates below the threshold until they stay the same; the TLS cost falls in every step.
+  SE3 descend(SE3 T) const {
+    std::vector<double> weights;
+    for (int i = 0; i < 50; ++i) {
+      std::vector<double> next = squared_residuals(T);
+      for (double& value : next) value = value < barc2 ? 1.0 : 0.0;
+      if (next == weights) break;
+      weights = std::move(next);
+      T = average(weights, T);
+    }
+    return T;
+  }
+
+  SE3 graduate(SE3 T) const {
+    T = average(std::vector<double>(candidates.size(), 1.0), T);
+    std::vector<double> r2 = squared_residuals(T);
+    for (double mu = tls_first_mu(*std::max_element(r2.begin(), r2.end()), barc2); mu < 1e4; mu *= 1.4) {
+      for (double& value : r2) value = tls_weight(value, barc2, mu);
+      T = average(r2, T);
+      r2 = squared_residuals(T);
+    }
+    return T;
+  }
+
+  // Graduated non-convexity can lose the right set when wrong candidates are many and far on one side; the
+  // candidate that the others agree with most is then the better start. Both are cheap, so both are done.
+  SE3 minimise() const {
+    const int count = static_cast<int>(candidates.size());
+    const int seeds = std::min(count, kMaxSeeds);
+    SE3 seed = candidates.front();
+    double seed_cost = std::numeric_limits<double>::infinity();
+    for (int s = 0; s < seeds; ++s) {
+      const SE3& candidate = candidates[static_cast<std::size_t>(s) * count / seeds];
+      const double cost = tls_cost(candidate);
+      if (cost < seed_cost) {
+        seed_cost = cost;
+        seed = candidate;
+      }
+    }
+    const SE3 agreed = descend(seed);
+    const SE3 graduated = descend(graduate(seed));
+    return tls_cost(graduated) < tls_cost(agreed) ? graduated : agreed;
+  }
+};
+
+}  // namespace
+
+AlignmentResult align_pair(const std::vector<SE3>& candidates, const AlignmentOptions& options) {
+  AlignmentResult result;
+  result.total = static_cast<int>(candidates.size());
+  if (candidates.empty()) return result;
+  const Averaging averaging{
+      candidates, 1.0 / (options.rotation_sigma * options.rotation_sigma),
+      1.0 / (options.translation_sigma * options.translation_sigma),
+      chi_square_quantile(options.probability, pose_degrees_of_freedom(options.dimension))};
+  result.T_A_B = averaging.minimise();
+  double sum = 0.0;
+  for (const double r2 : averaging.squared_residuals(result.T_A_B)) {
+    result.kept.push_back(r2 < averaging.barc2);
+    if (!result.kept.back()) continue;
+    ++result.inliers;
+    sum += r2;
+  }
+  result.rms = result.inliers > 0 ? std::sqrt(sum / result.inliers) : 0.0;
+  result.ok = result.inliers >= options.min_inliers;
+  return result;
+}
+
+Frames spanning_tree(const std::vector<PairAlignment>& alignments, int robots, int anchor) {
+  COVEY_CHECK(anchor >= 0 && anchor < robots);
+  Frames frames;
+  frames.T_W_O.resize(robots);
+  frames.T_W_O[anchor] = SE3{};
+  for (;;) {
+    const PairAlignment* best = nullptr;
+    for (const PairAlignment& pair : alignments) {
+      if (!pair.alignment.ok || frames.T_W_O[pair.a].has_value() == frames.T_W_O[pair.b].has_value())
+        continue;
+      const auto rank = [](const PairAlignment& p) {
+        return std::tuple(-p.alignment.inliers, std::min(p.a, p.b), std::max(p.a, p.b));
+      };
+      if (best == nullptr || rank(pair) < rank(*best)) best = &pair;
+    }
+    if (best == nullptr) return frames;
+    const SE3& T_A_B = best->alignment.T_A_B;
+    if (frames.T_W_O[best->a]) {
+      frames.T_W_O[best->b] = *frames.T_W_O[best->a] * T_A_B;
+      frames.edges.emplace_back(best->a, best->b);
+    } else {
+      frames.T_W_O[best->a] = *frames.T_W_O[best->b] * T_A_B.inverse();
+      frames.edges.emplace_back(best->b, best->a);
+    }
+  }
+}
+
+}  // namespace covey::pgo

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+// Where one robot's odometry frame lies in another's, from loop closures half of which may be wrong; then all
+// frames in one, along a spanning tree of robots.
+//
+// A closure between pose i of robot a and pose j of robot b gives a candidate for the pose of b's frame in
+// a's,
+//   T_A_B = T_A_i T_i_j T_B_j^-1                                                        (Kimera-Multi, T-RO
+//   2022, eq. 4)
+// Right closures agree, wrong ones scatter. The robust average minimises the truncated least squares
+//   sum_k min(r_k^2, c^2),   r_k^2 = |Log(R^T R_k)|^2 / sigma_R^2 + |t - t_k|^2 / sigma_t^2 (eq. 5)
+// with c^2 the chi-square quantile of `probability`, by graduated non-convexity (Yang et al., RA-L 2020).
+
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "core/geometry/se3.h"
+
+namespace covey::pgo {
+
+struct AlignmentOptions {
+  int dimension = 3;
+  double rotation_sigma = 0.1;     // rad
+  double translation_sigma = 0.5;  // m
+  double probability = 0.99;       // of a right candidate staying below the threshold
+  int min_inliers = 2;             // fewer agreeing candidates do not make an alignment
+};
+
+struct AlignmentResult {
+  SE3 T_A_B;
+  int inliers = 0;         // candidates that agree with T_A_B
+  int total = 0;           // candidates
+  double rms = 0.0;        // of the inliers' r_k, in sigmas
+  bool ok = false;         // inliers >= min_inliers
+  std::vector<bool> kept;  // per candidate
+};
+
+AlignmentResult align_pair(const std::vector<SE3>& candidates, const AlignmentOptions& options = {});
+
+struct PairAlignment {
+  int a = 0;
+  int b = 0;
+  AlignmentResult alignment;  // T_A_B: frame of b in frame of a
+};
+
+struct Frames {
+  std::vector<std::optional<SE3>>
+      T_W_O;  // per robot; W is the anchor's frame; nothing for who is not connected to it
+  std::vector<std::pair<int, int>> edges;  // of the tree, as (parent, child), in the order in which it grew
+};
+
+// Grows the tree from the anchor by the alignment with the most inliers (of equal ones, the lower ids).
+// Alignments that are not ok are left out.
+Frames spanning_tree(const std::vector<PairAlignment>& alignments, int robots, int anchor = 0);
+
+}  // namespace covey::pgo

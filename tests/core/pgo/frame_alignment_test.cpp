@@ -1,0 +1,115 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/pgo/frame_alignment.h"
+
+#include <catch2/catch.hpp>
+#include <numbers>
+#include <random>
+
+using namespace covey;
+using namespace covey::pgo;
+
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+
+struct Draw {
+  std::mt19937_64 random;
+
+  double uniform(double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random);
+  }
+  double normal(double sigma) { return std::normal_distribution<double>(0.0, sigma)(random); }
+  SE3 anywhere() {
+    const Eigen::Vector4d q(normal(1), normal(1), normal(1), normal(1));
+    return {SO3::from_quaternion(Eigen::Quaterniond(q)),
+            {uniform(-10, 10), uniform(-10, 10), uniform(-10, 10)}};
+  }
+  SE3 near(const SE3& T, double rotation_sigma, double translation_sigma) {
+    const SO3 dR = SO3::exp({normal(rotation_sigma), normal(rotation_sigma), normal(rotation_sigma)});
+    const Eigen::Vector3d dt(normal(translation_sigma), normal(translation_sigma), normal(translation_sigma));
+    return {T.rotation * dR, T.translation + dt};
+  }
+};
+
+}  // namespace
+
+TEST_CASE("seven of ten candidates may be wrong") {
+  for (int seed = 0; seed < 50; ++seed) {
+    Draw draw{std::mt19937_64(seed)};
+    const SE3 truth = draw.anywhere();
+    std::vector<SE3> candidates;
+    std::vector<bool> right;
+    for (int k = 0; k < 100; ++k) {
+      right.push_back(k % 10 < 3);
+      candidates.push_back(right.back() ? draw.near(truth, 0.03, 0.15) : draw.anywhere());
+    }
+    const AlignmentResult result = align_pair(candidates);
+    CAPTURE(seed);
+    CHECK(result.ok);
+    CHECK(result.total == 100);
+    CHECK(result.inliers == 30);
+    CHECK(result.kept == right);
+    CHECK((result.T_A_B.rotation.inverse() * truth.rotation).log().norm() < 0.03);
+    CHECK((result.T_A_B.translation - truth.translation).norm() < 0.15);
+  }
+}
+
+TEST_CASE("wrong candidates that lie on one side do not drag the alignment") {
+  Draw draw{std::mt19937_64(7)};
+  const SE3 truth{SO3::exp({0.0, 0.0, 2.5}), {30.0, -20.0, 1.0}};
+  std::vector<SE3> candidates;
+  for (int k = 0; k < 20; ++k) candidates.push_back(draw.near(truth, 0.02, 0.1));
+  for (int k = 0; k < 60; ++k) {
+    SE3 wrong = draw.near(truth, 0.3, 0.0);
+    wrong.translation.x() += 5.0 + 1.5 * k;
+    candidates.push_back(wrong);
+  }
+  const AlignmentResult result = align_pair(candidates);
+  CHECK(result.inliers == 20);
+  CHECK((result.T_A_B.translation - truth.translation).norm() < 0.1);
+}
+
+TEST_CASE("rotations that straddle half a turn are averaged, not cancelled") {
+  std::vector<SE3> candidates;
+  for (int k = -5; k <= 5; ++k)
+    candidates.push_back({SO3::exp({0.0, 0.0, kPi + 0.01 * k}), Eigen::Vector3d::Zero()});
+  const AlignmentResult result = align_pair(candidates);
+  CHECK(result.inliers == 11);
+  CHECK((result.T_A_B.rotation.inverse() * SO3::exp({0.0, 0.0, kPi})).log().norm() < 1e-9);
+}
+
+TEST_CASE("one candidate is no agreement, none is no alignment") {
+  CHECK(!align_pair({}).ok);
+  const AlignmentResult single = align_pair({SE3{SO3::exp({0.1, 0.2, 0.3}), {1, 2, 3}}});
+  CHECK(single.inliers == 1);
+  CHECK(!single.ok);
+  AlignmentOptions options;
+  options.min_inliers = 1;
+  CHECK(align_pair({SE3{}}, options).ok);
+}
+
+TEST_CASE("the tree follows the alignments with the most inliers and composes them") {
+  Draw draw{std::mt19937_64(3)};
+  std::vector<SE3> T_W_O;
+  for (int robot = 0; robot < 5; ++robot) T_W_O.push_back(robot == 0 ? SE3{} : draw.anywhere());
+  std::vector<PairAlignment> pairs;
+  const auto add = [&](int a, int b, int inliers, bool right) {
+    PairAlignment pair{a, b, {}};
+    pair.alignment.T_A_B = right ? T_W_O[a].inverse() * T_W_O[b] : draw.anywhere();
+    pair.alignment.inliers = inliers;
+    pair.alignment.ok = inliers >= 2;
+    pairs.push_back(pair);
+  };
+  add(0, 1, 5, false);
+  add(0, 2, 10, true);
+  add(1, 2, 8, true);  // reached against its direction
+  add(3, 1, 6, true);
+  add(0, 4, 1, false);  // not ok: robot 4 stays out
+  const Frames frames = spanning_tree(pairs, 5);
+  for (int robot = 0; robot < 4; ++robot) {
+    REQUIRE(frames.T_W_O[robot]);
+    CHECK((frames.T_W_O[robot]->inverse() * T_W_O[robot]).log().norm() < 1e-12);
+  }
+  CHECK(!frames.T_W_O[4]);
+  CHECK(frames.edges == std::vector<std::pair<int, int>>{{0, 2}, {2, 1}, {1, 3}});
+}
