@@ -118,11 +118,13 @@ PoseGraph read_robot_csv(const std::filesystem::path& file_or_folder) {
   return graph;
 }
 
-void write_robot_csv(const std::filesystem::path& folder, const PoseGraph& graph) {
+void write_robot_csv(const std::filesystem::path& folder, const PoseGraph& graph,
+                     std::optional<int> only_robot) {
   COVEY_CHECK(graph.dimension == 3);
   std::error_code ignored;  // a folder that cannot be made shows below, when its files cannot be written
   std::filesystem::create_directories(folder, ignored);
   for (int robot = 0; robot < graph.robots(); ++robot) {
+    if (only_robot && robot != *only_robot) continue;
     const std::filesystem::path file = folder / fmt::format("robot{}.csv", robot);
     std::ofstream stream(file);
     stream << fmt::format("{}\n", fmt::join(kColumns, ","));

@@ -17,6 +17,7 @@
 // edge from a pose to itself; a folder without robot<i>.csv.
 
 #include <filesystem>
+#include <optional>
 
 #include "core/pgo/pose_graph.h"
 
@@ -25,7 +26,8 @@ namespace covey::pgo {
 // One robot<i>.csv, or all those of a folder.
 PoseGraph read_robot_csv(const std::filesystem::path& file_or_folder);
 
-// Writes robot<i>.csv for each robot into the folder, which is created.
-void write_robot_csv(const std::filesystem::path& folder, const PoseGraph& graph);
+// Writes robot<i>.csv for each robot, or for one only, into the folder, which is created.
+void write_robot_csv(const std::filesystem::path& folder, const PoseGraph& graph,
+                     std::optional<int> only_robot = std::nullopt);
 
 }  // namespace covey::pgo
