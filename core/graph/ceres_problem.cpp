@@ -1,0 +1,183 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/graph/ceres_problem.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace covey::graph {
+namespace {
+
+class TangentManifold final : public ceres::Manifold {
+ public:
+  explicit TangentManifold(VariableType type) : type_(type) {}
+
+  int AmbientSize() const override { return type_.ambient; }
+  int TangentSize() const override { return type_.tangent; }
+  bool Plus(const double* x, const double* delta, double* x_plus_delta) const override {
+    plus(type_, x, delta, x_plus_delta);
+    return true;
+  }
+  bool Minus(const double* y, const double* x, double* y_minus_x) const override {
+    minus(type_, y, x, y_minus_x);
+    return true;
+  }
+  bool PlusJacobian(const double*, double* jacobian) const override {
+    return set_identity(type_.ambient, type_.tangent, jacobian);
+  }
+  bool MinusJacobian(const double*, double* jacobian) const override {
+    return set_identity(type_.tangent, type_.ambient, jacobian);
+  }
+
+ private:
+  static bool set_identity(int rows, int columns, double* row_major) {
+    std::fill_n(row_major, rows * columns, 0.0);
+    for (int k = 0; k < std::min(rows, columns); ++k) row_major[k * columns + k] = 1.0;
+    return true;
+  }
+
+  VariableType type_;
+};
+
+std::string first_sentence(const ceres::Solver::Summary& summary) {
+  return summary.message.substr(0, summary.message.find('\n'));
+}
+
+}  // namespace
+
+class CeresProblem::Cost final : public ceres::CostFunction {
+ public:
+  Cost(const Factor& factor, Values& values, std::vector<double>& scratch)
+      : factor_(factor), scratch_(scratch) {
+    set_num_residuals(factor.residual_dim());
+    std::size_t doubles = 0;
+    for (std::size_t k = 0; k < factor.keys().size(); ++k) {
+      const VariableType type = factor.types()[k];
+      COVEY_CHECK(values.type(factor.keys()[k]) == type);
+      mutable_parameter_block_sizes()->push_back(type.ambient);
+      parameters_.push_back(values.data(factor.keys()[k]));
+      doubles += static_cast<std::size_t>(factor.residual_dim() * type.tangent);
+    }
+    tangent_jacobians_.resize(factor.keys().size());
+    if (scratch_.size() < doubles) scratch_.resize(doubles);
+  }
+
+  const std::vector<double*>& parameters() const { return parameters_; }
+  void set_scale(double scale) { scale_ = scale; }
+
+  bool Evaluate(const double* const* x, double* residuals, double** jacobians) const override {
+    if (!jacobians) {
+      factor_.evaluate(x, residuals, nullptr);
+    } else {
+      evaluate_with_jacobians(x, residuals, jacobians);
+    }
+    if (scale_ != 1.0) Eigen::Map<Eigen::VectorXd>(residuals, num_residuals()) *= scale_;
+    return true;
+  }
+
+ private:
+  void evaluate_with_jacobians(const double* const* x, double* residuals, double** jacobians) const {
+    double* free = scratch_.data();
+    for (std::size_t k = 0; k < tangent_jacobians_.size(); ++k) {
+      tangent_jacobians_[k] = jacobians[k] ? free : nullptr;
+      free += num_residuals() * factor_.types()[k].tangent;
+    }
+    factor_.evaluate(x, residuals, tangent_jacobians_.data());
+    for (std::size_t k = 0; k < tangent_jacobians_.size(); ++k) {
+      if (jacobians[k]) widen(tangent_jacobians_[k], factor_.types()[k], jacobians[k]);
+    }
+  }
+
+  void widen(const double* tangent, VariableType type, double* ambient) const {
+    for (int row = 0; row < num_residuals(); ++row) {
+      for (int c = 0; c < type.tangent; ++c) ambient[c] = scale_ * tangent[c];
+      for (int c = type.tangent; c < type.ambient; ++c) ambient[c] = 0.0;
+      tangent += type.tangent;
+      ambient += type.ambient;
+    }
+  }
+
+  const Factor& factor_;
+  std::vector<double>& scratch_;  // shared by all factors: one thread, one factor at a time
+  mutable std::vector<double*> tangent_jacobians_;
+  std::vector<double*> parameters_;
+  double scale_ = 1.0;
+};
+
+class CeresProblem::Loss final : public ceres::LossFunction {
+ public:
+  explicit Loss(Robust robust) : robust_(robust) {}
+  void Evaluate(double squared, double rho[3]) const override {
+    rho[0] = robust_.cost(squared);
+    rho[1] = robust_.derivative(squared);
+    rho[2] = robust_.second_derivative(squared);
+  }
+
+ private:
+  Robust robust_;
+};
+
+CeresProblem::CeresProblem(const Graph& graph, Values& values) : graph_(graph), values_(values) {
+  manifolds_.push_back(nullptr);  // vectors need none
+  for (const VariableType type : {Manifold<SO3>::kType, Manifold<SE2>::kType, Manifold<SE3>::kType}) {
+    COVEY_CHECK(manifolds_.size() == static_cast<std::size_t>(type.space));
+    manifolds_.push_back(std::make_unique<TangentManifold>(type));
+  }
+  ceres::Problem::Options options;
+  options.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  options.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  options.disable_all_safety_checks = true;
+  problem_ = std::make_unique<ceres::Problem>(options);
+  for (const Key key : graph.keys()) add_variable(key, values.type(key));
+  for (const FactorId id : graph.ids()) {
+    costs_.resize(id + 1);
+    costs_[id] = std::make_unique<Cost>(graph.factor(id), values, scratch_);
+    Loss* loss = nullptr;
+    if (graph.robust(id).kind != Robust::Kind::kNone) {
+      loss = losses_.emplace_back(std::make_unique<Loss>(graph.robust(id))).get();
+    }
+    problem_->AddResidualBlock(costs_[id].get(), loss, costs_[id]->parameters());
+  }
+}
+
+CeresProblem::~CeresProblem() = default;
+
+void CeresProblem::add_variable(Key key, VariableType type) {
+  problem_->AddParameterBlock(values_.data(key), type.ambient,
+                              manifolds_[static_cast<std::size_t>(type.space)].get());
+  if (graph_.is_constant(key)) problem_->SetParameterBlockConstant(values_.data(key));
+}
+
+void CeresProblem::set_weight(FactorId id, double weight) { costs_[id]->set_scale(std::sqrt(weight)); }
+
+double CeresProblem::squared_residual(FactorId id) {
+  const Factor& factor = graph_.factor(id);
+  if (scratch_.size() < static_cast<std::size_t>(factor.residual_dim()))
+    scratch_.resize(factor.residual_dim());
+  factor.evaluate(costs_[id]->parameters().data(), scratch_.data(), nullptr);
+  return Eigen::Map<Eigen::VectorXd>(scratch_.data(), factor.residual_dim()).squaredNorm();
+}
+
+SolveResult CeresProblem::solve(const SolveOptions& options) {
+  ceres::Solver::Options ceres_options;
+  ceres_options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
+  ceres_options.sparse_linear_algebra_library_type = ceres::SUITE_SPARSE;
+  ceres_options.num_threads = 1;
+  ceres_options.max_num_iterations = options.max_iterations;
+  ceres_options.function_tolerance = options.relative_cost_tolerance;
+  ceres_options.gradient_tolerance = options.gradient_tolerance;
+  ceres_options.initial_trust_region_radius = options.initial_trust_radius;
+  ceres_options.logging_type = ceres::SILENT;
+
+  ceres::Solver::Summary summary;
+  ceres::Solve(ceres_options, problem_.get(), &summary);
+  SolveResult result;
+  result.initial_cost = 2.0 * summary.initial_cost;
+  result.final_cost = 2.0 * summary.final_cost;
+  result.iterations = summary.num_successful_steps + summary.num_unsuccessful_steps;
+  result.converged = summary.termination_type == ceres::CONVERGENCE;
+  result.message = first_sentence(summary);
+  return result;
+}
+
+}  // namespace covey::graph

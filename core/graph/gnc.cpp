@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/graph/gnc.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/graph/ceres_problem.h"
+
+namespace covey::graph {
+namespace {
+
+constexpr double kSmallestMu = 1e-6;
+constexpr double kBinary = 1e-4;  // a weight this close to 0 or 1 is decided
+constexpr int kMaxHardRounds = 20;
+
+class Gnc {
+ public:
+  Gnc(const Graph& graph, Values& values, const GncOptions& options)
+      : graph_(graph), values_(values), options_(options), problem_(graph, values) {
+    result_.weights.assign(options.candidates.size(), 1.0);
+    squared_.resize(options.candidates.size());
+  }
+
+  GncResult run() {
+    measure();
+    result_.initial_cost = truncated_cost();
+    if (options_.solve_before_weighting) solve(options_.annealing);
+    anneal();
+    choose();
+    result_.final_cost = truncated_cost();
+    result_.inliers = static_cast<int>(std::count(result_.weights.begin(), result_.weights.end(), 1.0));
+    return std::move(result_);
+  }
+
+ private:
+  void anneal() {
+    double mu = options_.mu_initial > 0.0 ? options_.mu_initial : mu_from_largest_residual();
+    if (mu <= 0.0) return;  // no candidate is beyond barc enough to matter: the problem is convex already
+    double last_cost = 0.0;
+    for (int round = 0; round < options_.max_rounds; ++round, mu *= options_.mu_step) {
+      const double barc_squared = options_.barc_squared;
+      set_weights([&](double squared) { return gnc_weight(squared, barc_squared, mu); });
+      const double cost = solve(options_.annealing);
+      const auto undecided = std::count_if(result_.weights.begin(), result_.weights.end(),
+                                           [](double w) { return w > kBinary && w < 1.0 - kBinary; });
+      result_.rounds.push_back({mu, cost, static_cast<int>(undecided)});
+      const bool stands_still = round > 0 && std::abs(cost - last_cost) <=
+                                                 options_.relative_cost_tolerance * std::max(cost, 1e-300);
+      if (undecided == 0 || stands_still) return;
+      last_cost = cost;
+    }
+  }
+
+  // Alternates between the best binary weights for the values and the best values for these weights.
+  void choose() {
+    for (int round = 0; round < kMaxHardRounds; ++round) {
+      const std::vector<double> before = result_.weights;
+      set_weights([&](double squared) { return squared <= options_.barc_squared ? 1.0 : 0.0; });
+      if (round > 0 && result_.weights == before) return;
+      solve(options_.last);
+    }
+  }
+
+  double mu_from_largest_residual() const {
+    const double largest = squared_.empty() ? 0.0 : *std::max_element(squared_.begin(), squared_.end());
+    const double excess = 2.0 * largest - options_.barc_squared;
+    return excess > 0.0 ? std::max(options_.barc_squared / excess, kSmallestMu) : 0.0;
+  }
+
+  template <typename WeightOf>
+  void set_weights(WeightOf&& weight_of) {
+    for (std::size_t k = 0; k < squared_.size(); ++k) {
+      result_.weights[k] = weight_of(squared_[k]);
+      problem_.set_weight(options_.candidates[k], result_.weights[k]);
+    }
+  }
+
+  double solve(const SolveOptions& options) {
+    const SolveResult solved = problem_.solve(options);
+    result_.iterations += solved.iterations;
+    result_.converged = solved.converged;
+    result_.message = solved.message;
+    measure();
+    return solved.final_cost;
+  }
+
+  void measure() {
+    for (std::size_t k = 0; k < squared_.size(); ++k)
+      squared_[k] = problem_.squared_residual(options_.candidates[k]);
+  }
+
+  double truncated_cost() const {
+    double sum = cost(graph_, values_);
+    for (std::size_t k = 0; k < squared_.size(); ++k) {
+      sum += std::min(squared_[k], options_.barc_squared) -
+             graph_.robust(options_.candidates[k]).cost(squared_[k]);
+    }
+    return sum;
+  }
+
+  const Graph& graph_;
+  Values& values_;
+  const GncOptions& options_;
+  CeresProblem problem_;
+  std::vector<double> squared_;  // r^2 of each candidate at the present values
+  GncResult result_;
+};
+
+}  // namespace
+
+double gnc_weight(double squared, double barc_squared, double mu) {
+  if (squared >= (mu + 1.0) / mu * barc_squared) return 0.0;
+  if (squared <= mu / (mu + 1.0) * barc_squared) return 1.0;
+  return std::sqrt(barc_squared * mu * (mu + 1.0) / squared) - mu;
+}
+
+GncResult solve_gnc(const Graph& graph, Values& values, const GncOptions& options) {
+  return Gnc(graph, values, options).run();
+}
+
+}  // namespace covey::graph

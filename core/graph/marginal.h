@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+// Taking variables out of a graph without losing what was learnt through them, and covariances.
+//
+// With H = J^T J and b = J^T r of the factors that touch the removed variables m, and k the variables these
+// factors share with the rest, the Schur complement
+//
+//   H_p = H_kk - H_km H_mm^-1 H_mk,   b_p = b_k - H_km H_mm^-1 b_m
+//
+// is the information that remains on k. It becomes one factor |A d + c|^2, A^T A = H_p, A^T c = b_p, with
+// d = minus(x, x_0) from the values at which it was made. A and c stay fixed: a solve afterwards does not
+// re-linearise what was removed. Directions of m that the factors do not determine are dropped
+// (pseudo-inverse). Source: Sibley, Matthies, Sukhatme, "Sliding window filter with application to planetary
+// landing", JFR 2010.
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "core/graph/graph.h"
+
+namespace covey::graph {
+
+class LinearPrior final : public Factor {
+ public:
+  // A: rows x sum of tangent dimensions, columns in the order of keys; c: rows. The values give the point
+  // x_0.
+  LinearPrior(const std::vector<Key>& keys, const Values& values, Eigen::MatrixXd A, Eigen::VectorXd c);
+
+  void evaluate(const double* const* x, double* residual, double* const* jacobians) const override;
+
+  const Eigen::MatrixXd& A() const { return A_; }
+  const Eigen::VectorXd& c() const { return c_; }
+
+ private:
+  Eigen::MatrixXd A_;
+  Eigen::VectorXd c_;
+  std::vector<std::array<double, kMaxAmbient>> x0_;
+};
+
+// The prior that replaces every factor that touches `removed`; null when these share no variable with the
+// rest. The graph is not changed. Constant variables are conditioned on: they are not part of the prior and
+// may not be removed.
+std::shared_ptr<const LinearPrior> marginalise(const Graph& graph, const Values& values,
+                                               const std::vector<Key>& removed);
+
+// Does it: removes these factors and variables and adds the prior. Returns the prior's id, or nothing if
+// there is none.
+std::optional<FactorId> marginalise_out(Graph& graph, Values& values, const std::vector<Key>& removed);
+
+// The joint covariance of some variables, in their tangent spaces at the values, in the order asked for (each
+// once). All other variables are marginalised, constant ones are certain and may not be asked for. Nothing if
+// the graph does not determine its variables (no gauge).
+std::optional<Eigen::MatrixXd> marginal_covariance(const Graph& graph, const Values& values,
+                                                   const std::vector<Key>& keys);
+
+}  // namespace covey::graph

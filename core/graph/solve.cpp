@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/graph/solve.h"
+
+#include "core/graph/ceres_problem.h"
+
+namespace covey::graph {
+
+SolveResult solve(const Graph& graph, Values& values, const SolveOptions& options) {
+  return CeresProblem(graph, values).solve(options);
+}
+
+}  // namespace covey::graph
