@@ -7,10 +7,11 @@
 
 namespace covey {
 
-ConfigSection::ConfigSection(YAML::Node node, std::string file, std::string path)
-    : node_(std::move(node)), file_(std::move(file)), path_(std::move(path)) {
+ConfigSection::ConfigSection(const YAML::Node& node, std::string file, std::string path)
+    : node_(node), file_(std::move(file)), path_(std::move(path)) {
   if (node_ && !node_.IsNull() && !node_.IsMap()) {
-    throw_input_error("{}: expected a map of keys{}", place(node_), path_.empty() ? "" : " under '" + path_ + "'");
+    throw_input_error("{}: expected a map of keys{}", place(node_),
+                      path_.empty() ? "" : " under '" + path_ + "'");
   }
 }
 
@@ -65,7 +66,8 @@ void ConfigSection::check_all_read() const {
       const auto key = entry.first.as<std::string>();
       if (known_.count(key) == 0) {
         const std::string full = path_.empty() ? key : path_ + "." + key;
-        throw_input_error("{}: unknown key '{}'; known here: {}", place(entry.first), full, fmt::join(known_, ", "));
+        throw_input_error("{}: unknown key '{}'; known here: {}", place(entry.first), full,
+                          fmt::join(known_, ", "));
       }
     }
   }
@@ -80,7 +82,8 @@ Config Config::load(const std::filesystem::path& file) {
   } catch (const YAML::BadFile&) {
     throw_input_error("{}: cannot be read; does the file exist?", file.string());
   } catch (const YAML::ParserException& error) {
-    throw_input_error("{}:{}:{}: not YAML: {}", file.string(), error.mark.line + 1, error.mark.column + 1, error.msg);
+    throw_input_error("{}:{}:{}: not YAML: {}", file.string(), error.mark.line + 1, error.mark.column + 1,
+                      error.msg);
   }
 }
 

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-// YAML -> options structs. A struct's defaults are the configuration; a file only overrides them, key by key, and every
-// key of the file must be one that is read: an unknown key is an error that names file, line, key and the known keys.
+// YAML -> options structs. A struct's defaults are the configuration; a file only overrides them, key by key,
+// and every key of the file must be one that is read: an unknown key is an error that names file, line, key
+// and the known keys.
 //
 //   struct LinkOptions { double loss = 0.0; int delay_ms = 0; };
 //   LinkOptions read_link(ConfigSection& section) {
@@ -32,7 +33,7 @@ namespace covey {
 
 class ConfigSection {
  public:
-  ConfigSection(YAML::Node node, std::string file, std::string path);
+  ConfigSection(const YAML::Node& node, std::string file, std::string path);
 
   // Overwrites `value` where the file has the key; leaves the default where it has not.
   template <typename T>

@@ -82,12 +82,12 @@ std::array<double, 11> identity(const Edge& edge) {
 
 std::vector<std::filesystem::path> robot_files(const std::filesystem::path& file_or_folder) {
   if (!std::filesystem::is_directory(file_or_folder)) return {file_or_folder};
-  static const std::regex pattern("robot([0-9]{1,3})\\.csv");
+  static const std::regex kPattern("robot([0-9]{1,3})\\.csv");
   std::map<int, std::filesystem::path> files;
   for (const auto& entry : std::filesystem::directory_iterator(file_or_folder)) {
     const std::string name = entry.path().filename().string();
     std::smatch match;
-    if (std::regex_match(name, match, pattern)) files[std::stoi(match[1])] = entry.path();
+    if (std::regex_match(name, match, kPattern)) files[std::stoi(match[1])] = entry.path();
   }
   if (files.empty()) throw_input_error("{}: the folder has no robot<i>.csv", file_or_folder.string());
   std::vector<std::filesystem::path> paths;

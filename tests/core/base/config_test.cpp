@@ -37,7 +37,8 @@ TEST_CASE("an absent section leaves every default") {
 TEST_CASE("an unknown key is refused with file, line, key and the known keys") {
   Config config = Config::parse("link:\n  delay_ms: 100\n  los: 0.1\n", "radio.yaml");
   read_link(config.root().section("link"));
-  REQUIRE_THROWS_WITH(config.check_all_read(), Contains("radio.yaml:3: unknown key 'link.los'") && Contains("loss"));
+  REQUIRE_THROWS_WITH(config.check_all_read(),
+                      Contains("radio.yaml:3: unknown key 'link.los'") && Contains("loss"));
 }
 
 TEST_CASE("a value out of range or of the wrong kind is refused with its place") {
