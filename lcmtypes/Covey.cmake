@@ -1,7 +1,8 @@
 # One function per kind of target; warnings, sanitizers and ccache are set in this one place.
 #   covey_library(core_pgo SOURCES a.cpp b.cpp DEPENDS core_graph ...)      static library; includes are from the source root
 #   covey_process(dpgo SOURCES main.cpp node.cpp DEPENDS ...)               executable build/<preset>/bin/dpgo
-#   covey_test(core_pgo SOURCES ... DEPENDS ... [LABELS system])            Catch2 executable; each TEST_CASE is a ctest
+#   covey_test(core_pgo SOURCES ... DEPENDS ... [LABELS system] [PRIVATE_NETWORK])   Catch2 executable; each TEST_CASE is a ctest,
+#                                                                           with PRIVATE_NETWORK in a network namespace of its own
 #   covey_bench(pgo SOURCES ... DEPENDS ...)                                Google Benchmark executable bin/bench_pgo
 set(CMAKE_CXX_STANDARD 20)
 set(CMAKE_CXX_STANDARD_REQUIRED ON)
@@ -53,7 +54,7 @@ function(covey_process target)
 endfunction()
 
 function(covey_test name)
-  cmake_parse_arguments(ARG "" "TIMEOUT" "SOURCES;DEPENDS;LABELS" ${ARGN})
+  cmake_parse_arguments(ARG "PRIVATE_NETWORK" "TIMEOUT" "SOURCES;DEPENDS;LABELS" ${ARGN})
   if(NOT ARG_TIMEOUT)
     set(ARG_TIMEOUT 120)
   endif()
@@ -65,6 +66,10 @@ function(covey_test name)
   target_link_libraries(${target} PRIVATE ${ARG_DEPENDS} Catch2::Catch2WithMain)
   target_compile_definitions(${target} PRIVATE COVEY_SOURCE_DIR="${CMAKE_SOURCE_DIR}" COVEY_BIN_DIR="${CMAKE_BINARY_DIR}/bin")
   covey_target_settings(${target})
+  if(ARG_PRIVATE_NETWORK)
+    set_target_properties(${target} PROPERTIES
+      CROSSCOMPILING_EMULATOR "${CMAKE_SOURCE_DIR}/bin/covey_tools/in_namespace;--require-private;--")
+  endif()
   # -w NoTests: a test name that matches nothing must fail. A test that needs absent data prints "SKIPPED: reason".
   catch_discover_tests(${target} TEST_PREFIX "${name}: " EXTRA_ARGS -w NoTests
     PROPERTIES ${labels} TIMEOUT ${ARG_TIMEOUT} SKIP_REGULAR_EXPRESSION "SKIPPED: ")
