@@ -18,6 +18,8 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
+#include <utility>
 #include <vector>
 
 #include "core/base/time.h"
@@ -60,9 +62,8 @@ class EventLoop {
   // Takes SIGINT and SIGTERM over, for one loop of the process.
   void handle_signals();
 
-  int run();                     // until stop(), a signal or the end of the logs; returns the exit code
+  int run();  // until stop(), before or during it, a signal or the end of the logs; can be called again
   void stop(int exit_code = 0);  // run() returns after the current handler
-  bool stopping() const { return stopping_; }
 
  private:
   struct Timer {
@@ -76,15 +77,18 @@ class EventLoop {
   };
 
   void run_live();
+  void wait_and_dispatch();
   void run_logs();
+  EventSource* earliest_source() const;
   void run_posted();
-  void run_timers_until(Utime time, bool virtual_time);
+  void run_timers_until(Utime time);
+  void fire(TimerId id);
+  void move(TimerId id, Utime due);
+  void skip_periods_until(Utime time);
   void follow_clock_steps();
-  void fire(TimerId timer);
-  EventSource* earliest_source(Utime* time);
 
   std::map<TimerId, Timer> timers_;
-  std::map<std::pair<Utime, TimerId>, TimerId> due_;  // in the order in which they fire
+  std::set<std::pair<Utime, TimerId>> due_;  // in the order in which they fire
   TimerId next_timer_ = 1;
   std::vector<Poller> pollers_;
   std::vector<Handler> posted_;

@@ -65,6 +65,9 @@ class Process {
  private:
   friend int run_process(int argc, char** argv, const ProcessOptions& options,
                          const std::function<std::shared_ptr<void>(Process&)>& make_node);
+  int run(const std::function<std::shared_ptr<void>(Process&)>& make_node);
+  void publish_status();
+
   std::unique_ptr<Impl> impl_;
 };
 

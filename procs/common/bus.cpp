@@ -1,0 +1,413 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "procs/common/bus.h"
+
+#include <spdlog/spdlog.h>
+
+#include <deque>
+#include <fstream>
+#include <lcm/lcm-cpp.hpp>
+#include <regex>
+#include <vector>
+
+#include "core/base/error.h"
+#include "procs/common/log_file.h"
+
+namespace covey {
+namespace {
+
+constexpr std::size_t kLongestChannel = 63;  // liblcm refuses more
+constexpr int kReceiveBuffer = 4 << 20;      // with the default of 208 kB, 7 of 100 raw images arrive
+constexpr Utime kStreamTickUs = 20'000;
+const std::string kLogPrefix = "file://";
+
+bool is_log(const std::string& url) { return url.rfind(kLogPrefix, 0) == 0; }
+
+std::string log_path(const std::string& url) {
+  const std::string path = url.substr(kLogPrefix.size());
+  if (path.find('?') != std::string::npos) {
+    throw_input_error("{}: a log takes no options after '?'; time comes from its events", url);
+  }
+  return path;
+}
+
+std::string escaped(const std::string& channel) {
+  std::string regex;
+  for (const char c : channel) {
+    if (std::isalnum(static_cast<unsigned char>(c)) == 0 && c != '_') regex += '\\';
+    regex += c;
+  }
+  return regex;
+}
+
+// A udpm URL says its receive buffer and its ttl: with liblcm's defaults large messages are lost, and ttl is
+// 0 anyway.
+std::string complete(std::string url) {
+  if (url.rfind("udpm://", 0) != 0) return url;
+  const auto append = [&url](const std::string& key, const std::string& value) {
+    if (url.find(key + "=") != std::string::npos) return;
+    url += (url.find('?') == std::string::npos ? "?" : "&") + key + "=" + value;
+  };
+  append("ttl", "0");
+  append("recv_buf_size", std::to_string(kReceiveBuffer));
+  return url;
+}
+
+std::unique_ptr<lcm::LCM> open_lcm(const std::string& url) {
+  if (url.rfind("udpm://", 0) != 0 && url.rfind("memq://", 0) != 0) {
+    throw_input_error("--url {}: expected udpm://GROUP:PORT or file://LOG.lcm", url);
+  }
+  auto bus = std::make_unique<lcm::LCM>(url);
+  // The socket is only opened, and multicast only tried out, when the descriptor is asked for.
+  if (!bus->good() || bus->getFileno() < 0) {
+    throw_input_error(
+        "{}: this LCM bus cannot be opened; bin/check_net says what is missing (a multicast route?)", url);
+  }
+  long rmem_max = kReceiveBuffer;
+  std::ifstream("/proc/sys/net/core/rmem_max") >> rmem_max;
+  if (rmem_max < kReceiveBuffer && url.rfind("udpm://", 0) == 0) {
+    spdlog::info("receive buffers are limited to {} bytes; bin/check_net tells how to raise that", rmem_max);
+  }
+  return bus;
+}
+
+}  // namespace
+
+struct Bus::Impl {
+  using Handler = std::function<bool(const std::string& channel, const Bytes& bytes)>;
+
+  struct Message {
+    std::string channel;
+    Bytes bytes;
+  };
+  struct Subscription {
+    Impl* bus = nullptr;
+    std::string pattern;  // a regular expression
+    std::regex regex;
+    Handler handler;
+    QueueOptions queue;
+    bool counts = true;  // streams count what they hand on instead
+    FaultInjector faults;
+    std::deque<Message> waiting;
+  };
+  struct Reader {
+    std::string channel;
+    StreamReader machine;
+    BytesHandler deliver;
+    StreamReaderCounts reported;
+  };
+  struct Writer {
+    StreamWriter machine;
+    StreamWriterCounts reported;
+  };
+
+  Impl(const BusOptions& bus_options, EventLoop& event_loop, Status& process_status)
+      : options(bus_options), loop(event_loop), status(process_status) {}
+
+  Subscription& add(const std::string& pattern, Handler handler, QueueOptions queue, bool counts);
+  static void on_lcm_message(const lcm::ReceiveBuffer* buffer, const std::string& channel,
+                             Subscription* subscription);
+  bool publish(const std::string& channel, const Bytes& bytes);
+  void on_log_event(const std::string& channel, const Bytes& bytes);
+  void drain();
+  void receive(Subscription& subscription, const std::string& channel, Bytes bytes);
+  void enqueue(Subscription& subscription, Message message);
+  void dispatch_one();
+  void call(const std::string& channel, const std::function<bool()>& handler, bool counts);
+
+  void start_streams();
+  void tick_streams();
+  void act(Reader& reader, const StreamActions& actions);
+  void on_head(const stream_head_t& head);
+  void on_resend(const resend_t& resend);
+  void report(Reader& reader);
+  void report(const std::string& channel, Writer& writer);
+  void count_new(const std::string& name, std::int64_t total, std::int64_t& reported);
+
+  BusOptions options;
+  EventLoop& loop;
+  Status& status;
+  std::unique_ptr<lcm::LCM> lcm;           // none from a log
+  std::deque<Subscription> subscriptions;  // references stay valid
+  std::deque<Subscription*> inbox;         // whose turn it is; one entry for each waiting message
+  bool dispatching = false;
+  bool streams_started = false;
+  std::deque<Reader> readers;
+  std::map<std::string, Writer> writers;
+};
+
+Bus::Bus(const BusOptions& options, EventLoop& loop, Status& status)
+    : impl_(std::make_unique<Impl>(options, loop, status)) {
+  if (is_log(options.url)) {
+    loop.add_source(std::make_unique<LogReader>(
+        log_path(options.url), [impl = impl_.get()](const std::string& channel, const Bytes& bytes) {
+          impl->on_log_event(channel, bytes);
+        }));
+    return;
+  }
+  impl_->options.url = complete(options.url);
+  impl_->lcm = open_lcm(impl_->options.url);
+  loop.add_fd(impl_->lcm->getFileno(), [impl = impl_.get()] { impl->drain(); });
+}
+
+Bus::~Bus() {
+  if (impl_->lcm) impl_->loop.remove_fd(impl_->lcm->getFileno());
+}
+
+const std::string& Bus::url() const { return impl_->options.url; }
+bool Bus::from_log() const { return impl_->lcm == nullptr; }
+
+void Bus::subscribe_bytes(const std::string& channel, BytesHandler handler, QueueOptions queue) {
+  COVEY_CHECK(!channel.empty() && channel.size() <= kLongestChannel);
+  impl_->add(
+      escaped(channel),
+      [handler = std::move(handler)](const std::string&, const Bytes& bytes) { return handler(bytes); },
+      queue, true);
+}
+
+void Bus::subscribe_raw(const std::string& regex, RawHandler handler, QueueOptions queue) {
+  impl_->add(
+      regex,
+      [handler = std::move(handler)](const std::string& channel, const Bytes& bytes) {
+        handler(channel, bytes);
+        return true;
+      },
+      queue, true);
+}
+
+bool Bus::publish_raw(const std::string& channel, const Bytes& bytes) {
+  return impl_->publish(channel, bytes);
+}
+
+bool Bus::Impl::publish(const std::string& channel, const Bytes& bytes) {
+  if (channel.empty() || channel.size() > kLongestChannel) {
+    status.count("dropped/" + channel.substr(0, kLongestChannel) + "/bad_channel_name");
+    return false;
+  }
+  if (lcm && lcm->publish(channel, bytes.data(), static_cast<unsigned>(bytes.size())) != 0) {
+    status.count("dropped/" + channel + "/send_failed");
+    return false;
+  }
+  if (options.recorder) options.recorder->write(loop.now(), channel, bytes);
+  status.count("out/" + channel);
+  return true;
+}
+
+Bus::Impl::Subscription& Bus::Impl::add(const std::string& pattern, Handler handler, QueueOptions queue,
+                                        bool counts) {
+  std::regex regex;
+  try {
+    regex = std::regex(pattern);
+  } catch (const std::regex_error&) {
+    throw_input_error("'{}' is not a regular expression for channel names", pattern);
+  }
+  if (queue.newest_wins && queue.capacity == 0) queue.capacity = 1;
+  BusFaults faults = options.faults;
+  faults.seed += subscriptions.size();  // each subscription meets its own luck
+  subscriptions.push_back(
+      {this, pattern, std::move(regex), std::move(handler), queue, counts, FaultInjector(faults), {}});
+  Subscription& subscription = subscriptions.back();
+  if (lcm) {
+    lcm->subscribeFunction(pattern, &on_lcm_message, &subscription)->setQueueCapacity(0);  // 0: unlimited
+  }
+  return subscription;
+}
+
+// Called from C: nothing may be thrown from here.
+void Bus::Impl::on_lcm_message(const lcm::ReceiveBuffer* buffer, const std::string& channel,
+                               Subscription* subscription) {
+  try {
+    const auto* data = static_cast<const std::uint8_t*>(buffer->data);
+    subscription->bus->receive(*subscription, channel, Bytes(data, data + buffer->data_size));
+  } catch (const std::exception&) {
+    subscription->bus->status.count("dropped/" + channel.substr(0, kLongestChannel) + "/no_memory");
+  }
+}
+
+void Bus::Impl::on_log_event(const std::string& channel, const Bytes& bytes) {
+  for (std::size_t i = 0; i < subscriptions.size(); ++i) {
+    if (std::regex_match(channel, subscriptions[i].regex)) receive(subscriptions[i], channel, bytes);
+  }
+}
+
+void Bus::Impl::drain() {
+  constexpr int kAtOnce = 1000;  // then timers and signals get their turn
+  for (int i = 0; i < kAtOnce && lcm->handleTimeout(0) > 0; ++i) {
+  }
+}
+
+void Bus::Impl::receive(Subscription& subscription, const std::string& channel, Bytes bytes) {
+  if (!subscription.faults.faults().any()) {
+    enqueue(subscription, {channel, std::move(bytes)});
+    return;
+  }
+  for (const Utime delay : subscription.faults.next(channel)) {
+    loop.call_at(loop.now() + delay, [this, &subscription, channel, bytes] {
+      enqueue(subscription, {channel, bytes});
+    });
+  }
+}
+
+void Bus::Impl::enqueue(Subscription& subscription, Message message) {
+  const QueueOptions& queue = subscription.queue;
+  const bool full = queue.capacity > 0 && subscription.waiting.size() >= queue.capacity;
+  if (full) status.count("dropped/" + message.channel + "/queue_full");
+  if (full && !queue.newest_wins) return;
+  if (full) {
+    subscription.waiting.pop_front();  // its turn goes to the next of the same subscription
+  } else {
+    inbox.push_back(&subscription);
+  }
+  subscription.waiting.push_back(std::move(message));
+  if (!std::exchange(dispatching, true)) loop.post([this] { dispatch_one(); });
+}
+
+// One message a turn of the loop: what arrives during a slow handler is sorted into the queues before the
+// next one is taken.
+void Bus::Impl::dispatch_one() {
+  Subscription& subscription = *inbox.front();
+  inbox.pop_front();
+  const Message message = std::move(subscription.waiting.front());
+  subscription.waiting.pop_front();
+  dispatching = !inbox.empty();
+  if (dispatching) loop.post([this] { dispatch_one(); });
+  call(
+      message.channel, [&] { return subscription.handler(message.channel, message.bytes); },
+      subscription.counts);
+}
+
+void Bus::Impl::call(const std::string& channel, const std::function<bool()>& handler, bool counts) {
+  try {
+    if (!handler()) {
+      status.count("dropped/" + channel + "/undecodable");
+    } else if (counts) {
+      status.count("in/" + channel);
+    }
+  } catch (const std::exception& error) {
+    status.count("bugs/" + channel);
+    spdlog::error("a handler of {} threw: {}", channel, error.what());
+  }
+}
+
+void Bus::subscribe_stream(const std::string& channel, NumberOf number_of, BytesHandler handler,
+                           const StreamPositions& have) {
+  COVEY_CHECK(!channel.empty() && channel.size() <= kLongestChannel);
+  impl_->start_streams();
+  impl_->readers.push_back({channel, StreamReader({}, have), std::move(handler), {}});
+  const auto on_message = [impl = impl_.get(), &reader = impl_->readers.back(),
+                           number_of = std::move(number_of)](const std::string&, const Bytes& bytes) {
+    StreamMessage message;
+    if (!number_of(bytes, message)) return false;
+    message.bytes = bytes;
+    impl->act(reader, reader.machine.on_message(std::move(message), impl->loop.now()));
+    return true;
+  };
+  impl_->add(escaped(channel), on_message, {}, false);
+}
+
+void Bus::publish_stream(const std::string& channel, StreamMessage message) {
+  impl_->start_streams();
+  if (!impl_->writers[channel].machine.on_publish(message)) {
+    spdlog::error(
+        "{}: number {} of stream {} does not follow the last one; it is sent but cannot be repaired", channel,
+        message.number, message.stream);
+  }
+  publish_raw(channel, message.bytes);
+}
+
+void Bus::Impl::start_streams() {
+  if (std::exchange(streams_started, true)) return;
+  const auto typed = [](auto handle) {
+    return [handle](const std::string&, const Bytes& bytes) { return handle(bytes); };
+  };
+  add(escaped(kStreamHead.name), typed([this](const Bytes& bytes) {
+        stream_head_t head{};
+        if (!decode(bytes, head)) return false;
+        on_head(head);
+        return true;
+      }),
+      {}, true);
+  add(escaped(kResend.name), typed([this](const Bytes& bytes) {
+        resend_t resend{};
+        if (!decode(bytes, resend)) return false;
+        on_resend(resend);
+        return true;
+      }),
+      {}, true);
+  loop.call_every(kStreamTickUs, [this] { tick_streams(); });
+}
+
+void Bus::Impl::tick_streams() {
+  const Utime now = loop.now();
+  for (std::size_t i = 0; i < readers.size(); ++i) act(readers[i], readers[i].machine.on_tick(now));
+  for (auto& [channel, writer] : writers) {
+    const StreamWriterActions actions = writer.machine.on_tick(now);
+    for (const StreamMessage& message : actions.send) publish(channel, message.bytes);
+    for (const StreamHead& head : actions.heads) {
+      stream_head_t message{};
+      message.utime = now;
+      message.channel = channel;
+      message.stream = head.stream;
+      message.first = head.first;
+      message.next = head.next;
+      publish(kStreamHead.name, encode(message));
+    }
+    report(channel, writer);
+  }
+}
+
+void Bus::Impl::act(Reader& reader, const StreamActions& actions) {
+  for (const StreamMessage& message : actions.deliver) {
+    call(
+        reader.channel, [&] { return reader.deliver(message.bytes); }, true);
+  }
+  for (const StreamGap& gap : actions.resend) {
+    resend_t message{};
+    message.utime = loop.now();
+    message.channel = reader.channel;
+    message.stream = gap.stream;
+    message.first = gap.first;
+    message.last = gap.last;
+    publish(kResend.name, encode(message));
+  }
+  report(reader);
+}
+
+void Bus::Impl::on_head(const stream_head_t& head) {
+  for (std::size_t i = 0; i < readers.size(); ++i) {
+    if (readers[i].channel != head.channel) continue;
+    act(readers[i], readers[i].machine.on_head({head.stream, head.first, head.next}, loop.now()));
+  }
+}
+
+void Bus::Impl::on_resend(const resend_t& resend) {
+  const auto writer = writers.find(resend.channel);
+  if (writer != writers.end()) writer->second.machine.on_resend({resend.stream, resend.first, resend.last});
+}
+
+void Bus::Impl::report(Reader& reader) {
+  const StreamReaderCounts& now = reader.machine.counts();
+  StreamReaderCounts& reported = reader.reported;
+  count_new("dropped/" + reader.channel + "/duplicate", now.duplicate, reported.duplicate);
+  count_new("dropped/" + reader.channel + "/impossible", now.impossible, reported.impossible);
+  count_new("dropped/" + reader.channel + "/no_room", now.refused, reported.refused);
+  count_new("lost/" + reader.channel, now.lost, reported.lost);
+  count_new("requests/" + reader.channel, now.requests, reported.requests);
+}
+
+void Bus::Impl::report(const std::string& channel, Writer& writer) {
+  const StreamWriterCounts& now = writer.machine.counts();
+  StreamWriterCounts& reported = writer.reported;
+  count_new("bugs/" + channel + "/out_of_order", now.out_of_order, reported.out_of_order);
+  count_new("resent/" + channel, now.resent, reported.resent);
+  count_new("forgotten/" + channel, now.forgotten, reported.forgotten);
+}
+
+void Bus::Impl::count_new(const std::string& name, std::int64_t total, std::int64_t& reported) {
+  if (total != reported) status.count(name, total - std::exchange(reported, total));
+}
+
+std::string robot_bus_url(int robot) {
+  return complete(fmt::format("udpm://239.255.76.67:{}", 7700 + robot));
+}
+
+}  // namespace covey

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "procs/common/log_file.h"
+
+#include <spdlog/spdlog.h>
+
+#include <filesystem>
+#include <lcm/lcm-cpp.hpp>
+
+#include "core/base/error.h"
+
+namespace covey {
+
+LogReader::LogReader(const std::string& file, Handler handler) : file_(file), handler_(std::move(handler)) {
+  if (!std::filesystem::is_regular_file(file)) throw_input_error("{}: no such log file", file);
+  log_ = std::make_unique<lcm::LogFile>(file, "r");
+  if (!log_->good()) throw_input_error("{}: cannot be read", file);
+  advance();
+  if (!time_ && std::filesystem::file_size(file) > 0) throw_input_error("{}: is not an LCM log", file);
+}
+
+LogReader::~LogReader() = default;
+
+std::optional<Utime> LogReader::next_time() { return time_; }
+
+void LogReader::deliver() {
+  const std::string channel = std::move(channel_);
+  const Bytes bytes = std::move(bytes_);
+  advance();
+  handler_(channel, bytes);
+}
+
+void LogReader::advance() {
+  const lcm::LogEvent* event = log_->readNextEvent();
+  if (event == nullptr) {
+    if (time_ && std::feof(log_->getFilePtr()) == 0)
+      spdlog::warn("{}: ends with something that is no event", file_);
+    time_.reset();
+    return;
+  }
+  const auto* data = static_cast<const std::uint8_t*>(event->data);
+  time_ = event->timestamp;
+  channel_ = event->channel;
+  bytes_.assign(data, data + event->datalen);
+}
+
+LogRecorder::LogRecorder(const std::string& file) : log_(std::make_unique<lcm::LogFile>(file, "w")) {
+  if (!log_->good()) throw_input_error("{}: cannot be written", file);
+}
+
+LogRecorder::~LogRecorder() = default;
+
+void LogRecorder::write(Utime time, const std::string& channel, const Bytes& bytes) {
+  lcm::LogEvent event{};
+  event.timestamp = time;
+  event.channel = channel;
+  event.datalen = static_cast<std::int32_t>(bytes.size());
+  event.data = const_cast<std::uint8_t*>(bytes.data());  // lcm's struct serves reading too
+  if (log_->writeEvent(&event) != 0) good_ = false;
+}
+
+}  // namespace covey
