@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <chrono>
 #include <fstream>
 
 #include "procs/common/process.h"
@@ -18,6 +19,7 @@ struct ProbeOptions {
   std::int64_t segment = 1'000'000;
   std::string read;
   bool stuck = false;
+  bool wall_clock = false;
 };
 
 class Probe {
@@ -40,7 +42,8 @@ class Probe {
     });
     process.bus().subscribe(kTrajectory, [this](const trajectory_t& trajectory) {
       loop_weights_t answer{};
-      answer.utime = process_.now();
+      answer.utime =
+          options_.wall_clock ? std::chrono::system_clock::now().time_since_epoch().count() : process_.now();
       answer.round = trajectory.round;
       process_.bus().publish(kLoopWeights, answer);
     });
@@ -81,6 +84,7 @@ int main(int argc, char** argv) {
     app.add_option("--period-ms", options.period_ms, "between two of them");
     app.add_option("--segment", options.segment, "their segment");
     app.add_flag("--stuck", options.stuck, "stay in a handler for ever");
+    app.add_flag("--wall-clock", options.wall_clock, "what no process may do: an output that depends on it");
     app.add_option("--read", options.read, "file for the keyframes that arrive");
   };
   return covey::run_process(
