@@ -68,7 +68,7 @@ def enter_new(rung):
 
 def try_enter(rung):
     """Move this process into a new private network; returns "" or why it could not, with nothing changed."""
-    pid, reason = _start_holder(rung)  # a step that fails halfway cannot be taken back, so a child takes it first
+    pid, reason = _start_holder(lambda: enter_new(rung))  # a step that fails halfway cannot be taken back, so a child takes it first
     if pid is None:
         return reason
     os.kill(pid, signal.SIGKILL)
@@ -78,7 +78,7 @@ def try_enter(rung):
 
 
 def _bring_up_loopback():
-    ip = shutil.which("ip") or "/usr/sbin/ip"
+    ip = shutil.which("ip") or "/usr/sbin/ip"  # an ordinary user's PATH has no sbin
     for arguments in (["link", "set", "lo", "up", "multicast", "on"], ["route", "add", "224.0.0.0/4", "dev", "lo"]):
         try:
             subprocess.run([ip, *arguments], check=True, capture_output=True, text=True)
@@ -140,9 +140,11 @@ class Network:
             raise Failure(f"no socket inside the private network: {data[1:].decode() or 'its helper died'}")
         return sockets
 
-    def lost(self):
-        """The holder was collected; there is nothing left to let go of but our files."""
-        self.pid = None
+    def hold_again(self):
+        """The holder was killed (and collected): another takes its place, in the same namespace, which our files kept."""
+        self.pid, reason = _start_holder(self.join)
+        if self.pid is None:
+            raise Failure(f"the private network is lost: {reason}")
 
     def release(self):
         """Let go of the namespace; it ends with the last process in it."""
@@ -161,10 +163,10 @@ def hold(mode="auto", rungs=RUNGS):
         return Network("in place", reasons=["in place was asked for"])
     reasons = []
     for rung in rungs:
-        pid, reason = _start_holder(rung)
+        pid, reason = _start_holder(lambda rung=rung: enter_new(rung))
         if pid is not None:
             return Network(rung, pid, reasons)
-        reasons.append(reason)
+        reasons.append(f"{'unshare -rn' if rung == 'user' else 'unshare -n'}: {reason}")
     if mode == "private":
         raise Failure(no_private_network(reasons))
     return Network("in place", reasons=reasons)
@@ -176,8 +178,8 @@ def no_private_network(reasons):
             "sysctl -w kernel.unprivileged_userns_clone=1 user.max_user_namespaces=10000")
 
 
-def _start_holder(rung):
-    """(pid, "") of a child that lives in a new namespace, or (None, why not)."""
+def _start_holder(enter):
+    """(pid, "") of a child that lives where enter() took it, or (None, why it could not)."""
     parent = os.getpid()
     read_end, write_end = os.pipe()
     child = os.fork()
@@ -187,7 +189,7 @@ def _start_holder(rung):
             for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
                 signal.signal(number, signal.SIG_IGN)  # a terminal's Ctrl-C is for the sheet to handle
             signal.set_wakeup_fd(-1)
-            enter_new(rung)
+            enter()
             die_with_parent(parent)
             _call("prctl", _PR_SET_NAME, HOLDER_NAME.encode(), 0, 0, 0)
             null = os.open("/dev/null", os.O_RDWR)
@@ -207,17 +209,24 @@ def _start_holder(rung):
     if answer == b"ok":
         return child, ""
     os.waitpid(child, 0)
-    command = "unshare -rn" if rung == "user" else "unshare -n"
-    return None, f"{command}: {answer.decode() or 'died'}"
+    return None, answer.decode() or "died"
 
 
-def join_holder(pid):
-    """Move this process into the network of process `pid`."""
+def network_of(pid):
+    """The Network that process `pid` is in, which stays that process's own (do not release it)."""
     try:
         own, other = (os.stat(f"/proc/{who}/ns/user").st_ino for who in ("self", pid))
-        Network("root" if own == other else "user", pid).join()
+        return Network("root" if own == other else "user", pid)
     except OSError as error:
-        raise Failure(f"cannot enter the network of process {pid}: {os.strerror(error.errno)}") from None
+        raise Failure(f"cannot see the network of process {pid}: {error.strerror.lower()}") from None
+
+
+def join_network_of(pid):
+    """Move this process into the network of process `pid`."""
+    try:
+        network_of(pid).join()
+    except OSError as error:
+        raise Failure(f"cannot enter the network of process {pid}: {error.strerror.lower()}") from None
 
 
 def holders():

@@ -88,7 +88,9 @@ class Process:
 
     def restart(self):
         """Stop it if it runs, then start it."""
-        self.stop()
+        if self.state == "running":
+            self.stop()
+        self._loop.cancel(self._timer if self.state == "backing off" else None)
         self.start()
 
     def kill(self):

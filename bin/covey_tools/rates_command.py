@@ -54,7 +54,7 @@ def _enter(options):
         pid = holders[0]
     if pid is None:
         return ""
-    namespace.join_holder(pid)
+    namespace.join_network_of(pid)
     return f" in the private network of process {pid}"
 
 

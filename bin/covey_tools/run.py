@@ -58,11 +58,12 @@ def make_plan(sheet, script_name):
 
 
 class Run:
-    """`launches`: command id -> Launch, for every command of the plan. call run() once."""
+    """`make_launches(network)` -> {command id: Launch} for every command of the plan. Call run() once."""
 
-    def __init__(self, loop, sheet, plan, launches, network, view, log_path, targets, limits):
+    def __init__(self, loop, sheet, plan, make_launches, network, view, log_path, targets, limits):
         self._loop, self._sheet, self._plan, self._view, self._limits = loop, sheet, plan, view, limits
-        self._network = network
+        self._network, self._make_launches = network, make_launches
+        launches = make_launches(network)
         self._processes = {command.id: Process(loop, command, launches[command.id], log_path(command), network,
                                                self._report, self._on_change) for command in plan.commands}
         self._ready = Ready(loop, network, targets, self._on_heard)
@@ -71,6 +72,7 @@ class Run:
         self._timer = None
         self._through = False  # the script is
         self._ending = False
+        self._job_ended = False  # the --until-exit command
         self._stop_queue = []
         self._current = None  # was told to stop last
         self._gap_s = STOP_GAP_S
@@ -141,6 +143,7 @@ class Run:
         if process.command.id == self._limits.until_exit and process.exit_code is not None and not process.pid and not self._ending:
             code = process.exit_code if process.exit_code >= 0 else 128 - process.exit_code
             self._outcome.exit_code = code
+            self._job_ended = True
             self.end(f"{process.command.id} ended with {code}")
         elif process.state == "stopped" and not self._ready.is_ready(process.command.id) and not self._ending:
             self._outcome.errors.append(f"{process.command.id} ended before it published STATUS; its log is {process.log_path}")
@@ -182,14 +185,19 @@ class Run:
             if pid == 0:
                 break
             if pid == self._network.pid:
-                self._network.lost()
-                self._outcome.errors.append("the private network's holder was killed: nothing can be started in it any more")
-                self.end("the private network is gone")
+                self._replace_holder()
             for process in self._processes.values():
                 if process.pid == pid:
                     process.on_exit(os.waitstatus_to_exitcode(status))
         for process in self._processes.values():
             process.on_orphan_exit()
+
+    def _replace_holder(self):
+        self._network.hold_again()
+        self._view.event("sheet", f"the holder of the private network was killed; process {self._network.pid} takes its place")
+        launches = self._make_launches(self._network)  # the way in has another name now
+        for process in self._processes.values():
+            process.launch = launches[process.command.id]
 
     # The end
 
@@ -200,6 +208,8 @@ class Run:
         self._ending = True
         self._view.event("sheet", f"ending: {reason}")
         alive = [process for process in self._processes.values() if process.state != "stopped"]
+        if self._limits.until_exit and not self._job_ended:
+            self._outcome.errors.append(f"{self._limits.until_exit} had not ended yet")
         if self._outcome.errors or (not self._limits.until_exit and self._any_failed()):
             self._outcome.exit_code = self._outcome.exit_code or 1
         self._stop_queue = sorted(alive, key=lambda process: process.started_s, reverse=True)

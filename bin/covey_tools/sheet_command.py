@@ -64,7 +64,8 @@ def main(arguments=None):
     try:
         _say_where(view, network, options.namespace)
         limits = Limits(options.until_exit, options.duration, options.timeout)
-        run = Run(loop, sheet, plan, _launches(plan, environment, network.path), network, view, log_path, targets, limits)
+        run = Run(loop, sheet, plan, lambda network: _launches(plan, environment, network.path), network, view, log_path, targets,
+                  limits)
         outcome = run.run()
     finally:
         view.close()

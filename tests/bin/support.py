@@ -16,6 +16,7 @@ IN_NAMESPACE = os.path.join(BIN, "covey_tools", "in_namespace")
 PYTHON = "/usr/bin/python3"
 sys.path.insert(0, BIN)
 sys.dont_write_bytecode = True
+os.environ["PATH"] = os.environ.get("PATH", os.defpath) + ":/usr/sbin:/sbin"  # ip, for an ordinary user
 
 # dpgo, as far as a sheet can see: `fake_process NAME --robot R [--after S] [--url U]` publishes STATUS at 10 Hz.
 FAKE_PROCESS = os.path.join(ROOT, "tests", "bin", "fake_process.py")

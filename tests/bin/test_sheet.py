@@ -1,14 +1,20 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """bin/sheet as a whole: real processes, in private networks."""
 
+import fcntl
 import os
+import pty
 import re
 import signal
+import struct
 import subprocess
+import sys
+import termios
 import time
 import unittest
 
 import support
+from covey_tools import bus, namespace, status
 from support import FAKE_PROCESS, PYTHON, Folder, is_alive, wait_until
 
 
@@ -40,6 +46,11 @@ class Ending(Folder, unittest.TestCase):
                                              "--until-exit", "job")
                 self.assertEqual(got, code, out)
                 self.assertIn("rest   stopped: exited by signal 2", out)
+
+    def test_until_exit_that_never_came_is_a_failure(self):
+        code, _, err = self.run_sheet(command("job", "sleep 100"), "--until-exit", "job", "--duration", "0.3")
+        self.assertEqual(code, 1)
+        self.assertIn("job had not ended yet", err)
 
     def test_duration(self):
         start = time.monotonic()
@@ -266,6 +277,36 @@ class Networks(Folder, unittest.TestCase):
         self.assertEqual(outside, here)  # starts outside ...
         self.assertEqual(f"net:[{inside}]", a.strip())  # ... and is told the way in
 
+    def test_a_bridge_hears_outside_and_speaks_inside(self):
+        """The field case, in a network of its own for the outside: see fake_process.py."""
+        bridge = os.path.join(self.folder, "radio_bridge")
+        with open(bridge, "w", encoding="utf-8") as file:
+            file.write(f"#!/bin/sh\nexec {PYTHON} {FAKE_PROCESS} radio_bridge \"$@\"\n")
+        os.chmod(bridge, 0o755)
+        with open(os.path.join(self.folder, "field.procman"), "w", encoding="utf-8") as file:
+            file.write(command("bridge", f"{bridge} --robot 2 --netns ${{COVEY_NETNS}}"))
+        done = subprocess.run(
+            [support.IN_NAMESPACE, "--require-private", "--", PYTHON, __file__, "--field", self.folder], capture_output=True, text=True,
+            check=False)
+        self.assertEqual((done.returncode, done.stdout), (0, "inside: over the air\noutside: nothing\n"), done.stderr)
+
+    def test_a_killed_holder_is_replaced(self):
+        run = self.start_sheet(command("a", f"sh -c 'readlink /proc/self/ns/net >> {self.folder}/a; stat -Lc %i $1 >> {self.folder}/a; "
+                                       "sleep 100' x ${COVEY_NETNS}", RESPAWN) +
+                               command("b", f"sh -c 'readlink /proc/self/ns/net >> {self.folder}/b; sleep 100'", RESPAWN))
+        run.wait_for_event("b      started")
+        self.assertTrue(wait_until(lambda: len(self.lines("a") + self.lines("b")) == 3))
+        os.kill(int(re.search(r"private network of process (\d+)", self.read("logs/events.txt")).group(1)), signal.SIGKILL)
+        run.wait_for_event("takes its place")
+        for pid in re.findall(r"started pid (\d+)", self.read("logs/events.txt")):
+            os.kill(int(pid), signal.SIGKILL)
+        self.assertTrue(wait_until(lambda: len(self.lines("a") + self.lines("b")) == 6))
+        self.assertEqual(self.lines("a")[:2], self.lines("a")[2:])
+        self.assertEqual(self.lines("b")[:1], self.lines("b")[1:])
+
+    def lines(self, name):
+        return self.read(name).split() if os.path.exists(os.path.join(self.folder, name)) else []
+
     def test_in_place(self):
         code, out, _ = self.run_sheet(command("a", f"sh -c 'readlink /proc/self/ns/net > {self.folder}/a'") +
                                       command("b", f"sh -c 'echo \"<$1>\" > {self.folder}/b' x \"${{COVEY_NETNS}}\""), "--namespace", "in-place")
@@ -283,5 +324,54 @@ class Networks(Folder, unittest.TestCase):
         self.assertTrue(wait_until(lambda: not is_alive(holder)))
 
 
+class Terminal(Folder, unittest.TestCase):
+    def test_one_line_per_process(self):
+        with open(os.path.join(self.folder, "t.procman"), "w", encoding="utf-8") as file:
+            file.write(command("talker", "sh -c 'echo hello; sleep 100'", RESPAWN) + command("other", "sleep 100"))
+        child, terminal = pty.fork()
+        if child == 0:
+            os.environ["TERM"] = "xterm"
+            sheet = os.path.join(support.BIN, "sheet")
+            os.execv(sheet, [sheet, f"{self.folder}/t.procman", "--logs", f"{self.folder}/logs", "--duration", "1.5"])
+        fcntl.ioctl(terminal, termios.TIOCSWINSZ, struct.pack("HHHH", 24, 100, 0, 0))
+        shown = b""
+        while True:
+            try:
+                shown += os.read(terminal, 65536)
+            except OSError:  # the terminal's other side is closed
+                break
+        os.close(terminal)
+        self.assertEqual(os.waitpid(child, 0)[1], 0)
+        text = re.sub(r"\x1b\[\d*[mFJ]", "", shown.decode())
+        self.assertRegex(text, r"talker  running +\d+ +1 s +1 +\d+ +\d+  hello\r\n")
+        self.assertTrue(all(len(line) < 100 for line in text.splitlines()))
+
+
+def field(folder):
+    """A sheet with a bridge: what do a radio message and the bridge's STATUS reach?"""
+    with open(f"{folder}/field.procman", encoding="utf-8") as file:
+        run = support.SheetRun(folder, file.read(), "--wait-for", "bridge")
+    run.wait_for_event("ready")
+    with open(f"{folder}/logs/events.txt", encoding="utf-8") as file:
+        holder = int(re.search(r"--join (\d+)", file.read()).group(1))
+    inner, = namespace.network_of(holder).open_sockets(lambda: [bus.open_bus(*bus.robot_bus(2))])
+    inner.setblocking(False)
+    outer = bus.open_bus(*bus.robot_bus(2))
+    with bus.open_sender() as sender:
+        sender.sendto(bus.pack_small("OUT_X", b"over the air"), (bus.RADIO_GROUP, bus.RADIO_PORT))
+    phases = []
+
+    def heard():
+        phases.extend(status.decode(bus.parse_packet(packet)[1].payload).phase for packet, _ in bus.drain(inner))
+        return "over the air" in phases
+    print("inside:", "over the air" if wait_until(heard, 5) else phases)
+    print("outside:", list(bus.drain(outer)) or "nothing")
+    run.interrupt()
+    run.finish()
+
+
 if __name__ == "__main__":
-    unittest.main()
+    if sys.argv[1:2] == ["--field"]:
+        field(sys.argv[2])
+    else:
+        unittest.main()
