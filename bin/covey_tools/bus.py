@@ -79,7 +79,8 @@ def open_bus(group, port, buffer_bytes=RECEIVE_BUFFER_BYTES):
         bus.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         bus.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, buffer_bytes)
         bus.bind(("", port))
-        bus.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, socket.inet_aton(group) + socket.inet_aton("0.0.0.0"))
+        any_interface = socket.inet_aton("0.0.0.0")
+        bus.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, socket.inet_aton(group) + any_interface)
     except OSError:
         bus.close()
         raise

@@ -17,15 +17,18 @@ bin/covey_tools/in_namespace -- bin/check_net"""
 
 
 def main(arguments=None):
-    parser = argparse.ArgumentParser(prog="check_net", description=DESCRIPTION, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(prog="check_net", description=DESCRIPTION,
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--json", action="store_true", help="the findings as JSON")
-    parser.add_argument("--fix", action="store_true", help="run the fixes of the problems found in network settings (as root), check again")
+    parser.add_argument("--fix", action="store_true",
+                        help="as root: run the fixes of the problems found in network settings, check again")
     options = parser.parse_args(arguments)
     findings = net_checks.all_findings()
     if options.fix:
         findings = _fix(findings)
     if options.json:
-        print(json.dumps({"ok": not _problems(findings), "findings": [vars(finding) for finding in findings]}, indent=2))
+        answer = {"ok": not _problems(findings), "findings": [vars(finding) for finding in findings]}
+        print(json.dumps(answer, indent=2))
     else:
         for finding in findings:
             print(f"{finding.level:8} {finding.name}: {finding.text}")

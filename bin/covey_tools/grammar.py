@@ -5,9 +5,9 @@
     cmd     := 'cmd' "id" '{' (attribute '=' value ';')* '}'
     group   := 'group' "name" '{' (cmd | group)* '}'                        a subgroup is named "a/b" in scripts
     script  := 'script' "name" '{' action* '}'
-    action  := ('start' | 'stop' | 'restart') (('cmd' | 'group') "name" | 'everything') ['wait' "running" | "stopped"] ';'
-             | 'wait' 'ms' N ';' | 'wait' ('cmd' | 'group') "name" 'status' "running" | "stopped" ';'
-             | 'run_script' "name" ';'
+    action  := ('start' | 'stop' | 'restart') (('cmd' | 'group') "name" | 'everything') ['wait' status] ';'
+             | 'wait' 'ms' N ';' | 'wait' ('cmd' | 'group') "name" 'status' status ';' | 'run_script' "name" ';'
+    status  := "running" | "stopped"
 
 Attributes: exec, deputy (libbot2: host), auto_respawn ("true" | "false"), stop_signal, stop_time_allowed (s); integers
 are not quoted. In a string \\n, \\r, \\t are control characters and any other escaped character stands for itself.
@@ -31,7 +31,8 @@ class SheetError(InputError):
     """A wrong sheet: "file:line:column: what; what was expected"."""
 
     def __init__(self, place, what):
-        super().__init__(f"{place}: {what}")
+        one_line = "".join(each if each.isprintable() else repr(each)[1:-1] for each in what)
+        super().__init__(f"{place}: {one_line}")
         self.place = place
 
 
@@ -147,6 +148,13 @@ class _Parser:
             raise SheetError(self._next.place, f"found {self._next}; expected {expected}")
         return self._take().value
 
+    def _unclosed(self, what, name):
+        return SheetError(self._next.place,
+                          f"the file ends inside {what} {name} of line {name.place.line}; expected '}}'")
+
+    def _note(self, place, text):
+        self._sheet.notes.append(f"{place}: {text}")
+
     def parse(self):
         while self._next.kind != "end":
             keyword = self._expect_one_of("word", ["cmd", "group", "script"])
@@ -164,7 +172,7 @@ class _Parser:
         self._expect("'{'", "'{' to open the group")
         while self._next.kind != "'}'":
             if self._next.kind == "end":
-                raise SheetError(self._next.place, f"the file ends inside group {name} of line {name.place.line}; expected '}}'")
+                raise self._unclosed("group", name)
             keyword = self._expect_one_of("word", ["cmd", "group"])
             (self._command if keyword == "cmd" else self._group)(path)
         self._take()
@@ -173,11 +181,11 @@ class _Parser:
         name = self._expect("string", "the command's id as a \"string\"")
         if "/" in name.value:
             raise SheetError(name.place, f"'/' in command id {name}; expected an id without '/'")
-        if not name.value.strip():
-            raise SheetError(name.place, "the command's id is empty; expected an id")
+        if not name.value.strip() or not name.value.isprintable():
+            raise SheetError(name.place, f"command id {name} is empty or not printable; expected an id")
         twin = self._sheet.command(name.value)
         if twin:
-            raise SheetError(name.place, f"command id {name} stands at line {twin.place.line} already; expected another id")
+            raise SheetError(name.place, f"command id {name} stands at line {twin.place.line}; expected another id")
         command = Command(name.value, group, "", name.place, name.place)
         self._expect("'{'", "'{' to open the command")
         while self._next.kind == "word":
@@ -186,13 +194,13 @@ class _Parser:
         if not command.exec.strip():
             raise SheetError(name.place, f"command {name} has nothing to execute; expected exec = \"...\";")
         if not command.deputy:
-            self._sheet.notes.append(f"{name.place}: command {name} names no deputy, which procman's sheriff insists on")
+            self._note(name.place, f"command {name} names no deputy, which procman's sheriff insists on")
         self._sheet.commands.append(command)
 
     def _attribute(self, command):
         attribute = self._take()
         if attribute.value not in _ATTRIBUTES:
-            raise SheetError(attribute.place, f"unknown attribute {attribute}; expected one of " + ", ".join(_ATTRIBUTES))
+            raise SheetError(attribute.place, f"unknown attribute {attribute}; expected {', '.join(_ATTRIBUTES)}")
         kind = _ATTRIBUTES[attribute.value]
         self._expect("'='", f"'=' after {attribute.value}")
         value = self._expect(kind, "a \"string\"" if kind == "string" else "an integer without quotes")
@@ -202,7 +210,7 @@ class _Parser:
         elif attribute.value in ("deputy", "host"):
             command.deputy = value.value
             if attribute.value == "host":
-                self._sheet.notes.append(f"{attribute.place}: 'host' is libbot2's word, procman's sheriff wants 'deputy'")
+                self._note(attribute.place, "'host' is libbot2's word, procman's sheriff wants 'deputy'")
         elif attribute.value == "auto_respawn":
             if value.value.lower() not in _BOOLEANS:
                 raise SheetError(value.place, f"auto_respawn is {value}; expected \"true\" or \"false\"")
@@ -216,7 +224,7 @@ class _Parser:
                 raise SheetError(value.place, f"stop_time_allowed is {value.value}; expected 1 to 86400 seconds")
             command.stop_time_allowed_s = int(value.value)
         else:
-            self._sheet.notes.append(f"{attribute.place}: 'group' has no effect (nor in procman); put the command in a group block")
+            self._note(attribute.place, "'group' has no effect (nor in procman); put the command in a group block")
 
     def _script(self):
         name = self._expect("string", "the script's name as a \"string\"")
@@ -227,7 +235,7 @@ class _Parser:
         self._expect("'{'", "'{' to open the script")
         while self._next.kind != "'}'":
             if self._next.kind == "end":
-                raise SheetError(self._next.place, f"the file ends inside script {name} of line {name.place.line}; expected '}}'")
+                raise self._unclosed("script", name)
             place = self._next.place
             keyword = self._expect_one_of("word", ["start", "stop", "restart", "wait", "run_script"])
             script.actions.append(self._action(keyword, place))
@@ -265,7 +273,8 @@ def _check_names(sheet):
                 raise SheetError(action.place, f'no command "{action.name}"; expected one of '
                                  + _names(command.id for command in sheet.commands))
             if action.target == "group" and not sheet.select("group", action.name):
-                raise SheetError(action.place, f'no commands in group "{action.name}"; expected one of {_names(sheet.groups)}')
+                raise SheetError(action.place, f'no commands in group "{action.name}"; expected one of '
+                                 + _names(sheet.groups))
     for script in sheet.scripts.values():
         _check_calls(sheet, script.name, [])
 

@@ -44,7 +44,8 @@ def prepare(command, environment, netns):
     try:
         words = split_exec(command.exec, {**environment, NETWORK_VARIABLE: netns})
     except WordError as error:
-        raise SheetError(_place(command, error.offset), f'command "{command.id}": {error}; expected a command line') from None
+        raise SheetError(_place(command, error.offset),
+                         f'command "{command.id}": {error}; expected a command line') from None
     if words.missing:
         offset, name = words.missing[0]
         raise SheetError(_place(command, offset), f'command "{command.id}": ${{{name}}} has no value; '
@@ -66,7 +67,10 @@ def prepare(command, environment, netns):
 
 
 def identity(launch):
-    """(process, robot, (group, port)) as its STATUS will say them: "dpgo", 3 and the bus to listen on; robot -1 without --robot."""
+    """(process, robot, (group, port)): who its STATUS will say it is, and on which bus.
+
+    robot is -1 without --robot; the bus is None where neither --robot nor --url tells it.
+    """
     arguments = launch.arguments
     process, robot, address = os.path.basename(arguments[0]), -1, None
     for index, argument in enumerate(arguments):

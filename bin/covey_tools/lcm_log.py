@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """LCM log files, event by event.
 
-An event is big endian: u32 0xEDA1DA01, i64 number, i64 microseconds when it was logged, i32 bytes of the channel's name,
-i32 bytes of the message, name, message. Format: LCM's log-file-format.
+An event is big endian: u32 0xEDA1DA01, i64 number, i64 microseconds when it was logged, i32 bytes of the channel's
+name, i32 bytes of the message, name, message. Format: LCM's log-file-format.
 """
 
 import struct

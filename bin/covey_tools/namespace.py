@@ -2,10 +2,10 @@
 """Private networks: a network namespace in which the buses hear nothing from outside, and nothing outside hears them.
 
 liblcm binds every interface, so a host on the same wire can inject into a robot's private bus, by multicast and by
-unicast. In a network namespace with nothing but a loop-back that cannot happen, and two teams on one computer (two tests,
-two demos) cannot hear each other either. A ladder, since machines differ in what they allow:
+unicast. In a network namespace with nothing but a loop-back that cannot happen, and two teams on one computer (two
+tests, two demos) cannot hear each other either. A ladder, since machines differ in what they allow:
 
-    rung 1  "user"      a user namespace with a network namespace in it (unshare -rn): any ordinary user, where it is allowed
+    rung 1  "user"      a user namespace with a network namespace in it (unshare -rn): any user, where it is allowed
     rung 2  "root"      a network namespace alone (unshare -n): root in a container or chroot, where rung 1 is not
     rung 3  "in place"  this host's own network; the buses can be heard and reached through its interfaces
 
@@ -31,7 +31,8 @@ _PR_SET_CHILD_SUBREAPER = 36
 _libc = ctypes.CDLL(None, use_errno=True)
 
 HOLDER_NAME = "covey-netns"  # what ps shows for a holder
-MULTICAST_ROUTE = "ip link set lo multicast on && ip route add 224.0.0.0/4 dev lo"  # what to type where rung 3 hears nothing
+MULTICAST_ROUTE = "ip link set lo multicast on && ip route add 224.0.0.0/4 dev lo"  # to type where rung 3 hears nothing
+ALLOW_USER_NAMESPACES = "sysctl -w kernel.unprivileged_userns_clone=1 user.max_user_namespaces=10000"
 RUNGS = ("user", "root")
 
 
@@ -68,7 +69,8 @@ def enter_new(rung):
 
 def try_enter(rung):
     """Move this process into a new private network; returns "" or why it could not, with nothing changed."""
-    pid, reason = _start_holder(lambda: enter_new(rung))  # a step that fails halfway cannot be taken back, so a child takes it first
+    # A step that fails halfway cannot be taken back, so a child takes it first.
+    pid, reason = _start_holder(lambda: enter_new(rung))
     if pid is None:
         return reason
     os.kill(pid, signal.SIGKILL)
@@ -111,7 +113,7 @@ class Network:
             _call("setns", file, 0)
 
     def open_sockets(self, make):
-        """The sockets that make() -> [socket] opens inside, usable in this process: a socket stays where it was opened."""
+        """The sockets that make() -> [socket] opens inside, for this process: a socket stays where it was opened."""
         if self.pid is None:
             return make()
         here, there = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
@@ -141,7 +143,7 @@ class Network:
         return sockets
 
     def hold_again(self):
-        """The holder was killed (and collected): another takes its place, in the same namespace, which our files kept."""
+        """The holder was killed and collected: another takes its place in the namespace, which our files kept."""
         self.pid, reason = _start_holder(self.join)
         if self.pid is None:
             raise Failure(f"the private network is lost: {reason}")
@@ -158,7 +160,7 @@ class Network:
 
 
 def hold(mode="auto", rungs=RUNGS):
-    """The best Network there is: mode "auto" climbs down the ladder, "private" fails rather than be in place, "in-place"."""
+    """The best Network there is. mode "auto" climbs down the ladder, "private" fails rather than be in place."""
     if mode == "in-place":
         return Network("in place", reasons=["in place was asked for"])
     reasons = []
@@ -175,7 +177,7 @@ def hold(mode="auto", rungs=RUNGS):
 def no_private_network(reasons):
     """The sentence for a machine that allows neither rung."""
     return (f"no private network here ({'; '.join(reasons)}); run as root, or allow user namespaces: "
-            "sysctl -w kernel.unprivileged_userns_clone=1 user.max_user_namespaces=10000")
+            + ALLOW_USER_NAMESPACES)
 
 
 def _start_holder(enter):

@@ -20,7 +20,8 @@ from covey_tools import bus, namespace
 
 _SIOCGIFFLAGS = 0x8913
 _IFF_UP, _IFF_MULTICAST = 0x1, 0x1000
-_COVEY_PROCESSES = {"vio", "mesher", "lcd", "dpgo", "lmo", "radio_bridge", "sim", "player", "viewer_offscreen", "lcm-logger"}
+_COVEY_PROCESSES = {"vio", "mesher", "lcd", "dpgo", "lmo", "radio_bridge", "sim", "player", "viewer_offscreen",
+                    "lcm-logger"}
 _LARGE_BYTES = 60000  # a band of an image
 
 
@@ -35,7 +36,8 @@ class Finding:
 def all_findings():
     """Every check, in the order in which one would repair."""
     findings = []
-    for check in (check_loopback, check_route, check_multicast, check_buffers, check_ports, check_firewall, check_private):
+    for check in (check_loopback, check_route, check_multicast, check_buffers, check_ports, check_firewall,
+                  check_private):
         findings += check()
     return findings
 
@@ -43,11 +45,11 @@ def all_findings():
 def check_loopback():
     flags = _interface_flags("lo")
     if not flags & _IFF_UP:
-        return [Finding("loopback", "problem", "the loop-back interface lo is down: nothing on this host hears anything",
+        return [Finding("loopback", "problem", "the interface lo is down: nothing on this host hears anything",
                         "ip link set lo up")]
     if _outgoing_interface() == "lo" and not flags & _IFF_MULTICAST:
-        return [Finding("loopback", "note", "lo carries the multicast route but not the MULTICAST flag; it works on this kernel, "
-                        "other LCM programs may complain", "ip link set lo multicast on")]
+        return [Finding("loopback", "note", "lo carries the multicast route but not the MULTICAST flag; Linux delivers "
+                        "all the same, other LCM programs may complain", "ip link set lo multicast on")]
     return [Finding("loopback", "ok", "lo is up")]
 
 
@@ -57,8 +59,8 @@ def check_route():
         return [Finding("route", "problem", f"no route to {bus.GROUP} and no default route: LCM cannot send",
                         namespace.MULTICAST_ROUTE)]
     if interface != "lo":
-        return [Finding("route", "note", f"multicast leaves by {interface}: with ttl=0 it stays on this host, but goes silent when "
-                        f"{interface} goes down; in a private network (bin/sheet's default) it does not matter",
+        return [Finding("route", "note", f"multicast leaves by {interface}: with ttl=0 it stays on this host, but goes "
+                        f"silent when {interface} goes down; no matter in a private network (bin/sheet's default)",
                         namespace.MULTICAST_ROUTE)]
     return [Finding("route", "ok", "multicast is routed to lo")]
 
@@ -79,14 +81,16 @@ def check_buffers():
         got = probe.getsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF) // 2  # the kernel doubles what it grants
     if got < bus.RECEIVE_BUFFER_BYTES:
         return [Finding("buffers", "problem", f"a receive buffer may have {got:,} bytes where the buses ask for "
-                        f"{bus.RECEIVE_BUFFER_BYTES:,} (net.core.rmem_max): bursts above that are lost, so images only arrive in "
-                        "bands and logs have holes under load", f"sysctl -w net.core.rmem_max={bus.RECEIVE_BUFFER_BYTES}")]
-    return [Finding("buffers", "ok", f"receive buffers of {got:,} bytes are granted (a socket that does not ask gets {default:,})")]
+                        f"{bus.RECEIVE_BUFFER_BYTES:,} (net.core.rmem_max): bursts above that are lost, so images "
+                        "only arrive in bands and logs have holes under load",
+                        f"sysctl -w net.core.rmem_max={bus.RECEIVE_BUFFER_BYTES}")]
+    return [Finding("buffers", "ok", f"receive buffers of {got:,} bytes are granted (by default {default:,})")]
 
 
 def check_ports():
     findings = []
-    ports = {**{port: "a robot's bus" for port in range(bus.ROBOT_PORT, bus.ROBOT_PORT + 60)}, bus.RADIO_PORT: "the radio"}
+    last = bus.ROBOT_PORT + 59
+    ports = {**{port: "a robot's bus" for port in range(bus.ROBOT_PORT, last + 1)}, bus.RADIO_PORT: "the radio"}
     owners = None
     for port, inode, drops in _udp_sockets():
         if port not in ports:
@@ -99,9 +103,9 @@ def check_ports():
             findings.append(Finding("ports", "problem", f"port {port} ({ports[port]}) is open in {who}{lost}",
                                     f"kill {pid}" if pid else f"ss -ulpn 'sport = :{port}'"))
         else:
-            findings.append(Finding("ports", "problem" if drops else "note", f"port {port} is open in {who}: a second team in this "
-                                    f"network would hear it{lost}"))
-    return findings or [Finding("ports", "ok", f"nobody uses ports {bus.ROBOT_PORT} to {bus.ROBOT_PORT + 59} and {bus.RADIO_PORT}")]
+            findings.append(Finding("ports", "problem" if drops else "note", f"port {port} is open in {who}: a second "
+                                    f"team in this network would hear it{lost}"))
+    return findings or [Finding("ports", "ok", f"nobody uses ports {bus.ROBOT_PORT} to {last} and {bus.RADIO_PORT}")]
 
 
 def check_firewall():
@@ -112,10 +116,11 @@ def check_firewall():
                 tables += file.read().split()
         except OSError:
             pass  # not loaded, or not for this user to see
-    tools = [tool for tool in ("nft", "iptables", "ufw", "firewall-cmd") if shutil.which(tool) or os.path.exists(f"/usr/sbin/{tool}")]
+    tools = [tool for tool in ("nft", "iptables", "ufw", "firewall-cmd")
+             if shutil.which(tool) or os.path.exists(f"/usr/sbin/{tool}")]
     if tables:
-        return [Finding("firewall", "note", f"packet filter tables are loaded ({', '.join(sorted(set(tables)))}); if multicast fails, "
-                        f"let 224.0.0.0/4 through", "iptables -I INPUT -d 224.0.0.0/4 -j ACCEPT")]
+        return [Finding("firewall", "note", f"packet filter tables are loaded ({', '.join(sorted(set(tables)))}); if "
+                        "multicast fails, let 224.0.0.0/4 through", "iptables -I INPUT -d 224.0.0.0/4 -j ACCEPT")]
     if tools:
         return [Finding("firewall", "ok", f"no packet filter is loaded ({', '.join(tools)} installed)")]
     return [Finding("firewall", "ok", "no packet filter here")]
@@ -126,8 +131,8 @@ def check_private():
     rung, reasons = network.rung, network.reasons
     network.release()
     if rung == "in place":
-        return [Finding("private network", "note", "sheets run in place, their buses within reach of this host's interfaces: "
-                        + "; ".join(reasons), "sysctl -w kernel.unprivileged_userns_clone=1 user.max_user_namespaces=10000")]
+        return [Finding("private network", "note", "sheets run in place, their buses within reach of this host's "
+                        "interfaces: " + "; ".join(reasons), namespace.ALLOW_USER_NAMESPACES)]
     how = {"user": "a user namespace", "root": "a network namespace made by root"}[rung]
     return [Finding("private network", "ok", f"sheets run in a network of their own ({how})")]
 
@@ -137,7 +142,7 @@ def in_place_warning(reasons):
     text = (f"no private network ({'; '.join(reasons)}): the buses are visible on, and can be reached through, "
             "this host's network interfaces")
     error = multicast_error(100)
-    return text + (f". Multicast does not work here either ({error}); type: {namespace.MULTICAST_ROUTE}" if error else "")
+    return text + (f". Multicast does not work here ({error}); type: {namespace.MULTICAST_ROUTE}" if error else "")
 
 
 def multicast_error(size, wait_s=1.0):

@@ -5,8 +5,8 @@
                        -> (stop) stopping -> stopped                                never respawned
 
 A command runs in a session and process group of its own, so that a terminal's Ctrl-C reaches only the sheet. Stopping
-sends stop_signal to the group and to descendants that left it; what is still alive after stop_time_allowed gets SIGKILL.
-A command counts as stopped when its whole group is gone: a child that outlives its parent would hold the same ports.
+sends stop_signal to the group and to descendants that left it; what is alive after stop_time_allowed gets SIGKILL. A
+command counts as stopped when its whole group is gone: a child that outlives its parent would hold the same ports.
 """
 
 import os
@@ -40,7 +40,7 @@ class Backoff:
 
 
 class Process:
-    """`launch` says what to run (launch.py); `report(process, text)` hears of every event; `on_change(process)` follows it."""
+    """`launch` says what to run (launch.py); report(process, text) hears of every event, on_change(process) follows."""
 
     def __init__(self, loop, command, launch, log_path, network, report, on_change):
         self.command = command
@@ -184,7 +184,7 @@ def spawn(launch, log_path, network):
     def prepare():  # in the child, before the program takes over
         for number in range(1, 32):
             if number not in (signal.SIGKILL, signal.SIGSTOP):
-                signal.signal(number, signal.SIG_DFL)  # a sheet in the background has SIGINT ignored, and that is inherited
+                signal.signal(number, signal.SIG_DFL)  # a sheet in the background inherits an ignored SIGINT
         if not launch.outside:
             network.join()
         namespace.die_with_parent(parent)  # after join(), which would make the kernel forget it

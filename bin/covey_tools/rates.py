@@ -71,8 +71,8 @@ def table(rows):
     width = max([7] + [len(row.channel) for row in rows])
     lines = [f"{'channel':{width}}  {'Hz':>8}  {'kB/s':>9}  {'bytes':>9}  {'age':>8}  {'messages':>9}"]
     for row in rows:
-        lines.append(f"{row.channel:{width}}  {row.hz:8.1f}  {row.kb_per_s:9.2f}  {row.mean_bytes:9,.0f}  {age(row.age_s):>8}  "
-                     f"{row.count:9,}")
+        lines.append(f"{row.channel:{width}}  {row.hz:8.1f}  {row.kb_per_s:9.2f}  {row.mean_bytes:9,.0f}  "
+                     f"{age(row.age_s):>8}  {row.count:9,}")
     total = f"{sum(row.hz for row in rows):8.1f}  {sum(row.kb_per_s for row in rows):9.2f}"
     return lines + [f"{'all':{width}}  {total}  {'':9}  {'':8}  {sum(row.count for row in rows):9,}"]
 

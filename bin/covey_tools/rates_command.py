@@ -19,15 +19,18 @@ Where one sheet is running in a private network, looks inside that one; with sev
 
 
 def main(arguments=None):
-    parser = argparse.ArgumentParser(prog="rates", description=DESCRIPTION, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(prog="rates", description=DESCRIPTION,
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)
     where = parser.add_mutually_exclusive_group()
     where.add_argument("--robot", type=int, metavar="R", help="the private bus of this robot (default 0)")
     where.add_argument("--url", metavar="U", help="any bus, udpm://GROUP:PORT")
     where.add_argument("--radio", action="store_true", help="the radio's bus")
     where.add_argument("--log", metavar="F.lcm", help="a log instead of a bus")
     parser.add_argument("--seconds", type=float, metavar="S", help="listen this long, print one table")
-    parser.add_argument("--join", type=int, metavar="PID", help="look inside the private network of this process (bin/sheet says it)")
-    parser.add_argument("--here", action="store_true", help="look at this network, even when a sheet runs in a private one")
+    parser.add_argument("--join", type=int, metavar="PID",
+                        help="look inside the private network of this process (bin/sheet says it)")
+    parser.add_argument("--here", action="store_true",
+                        help="look at this network, even when a sheet runs in a private one")
     options = parser.parse_args(arguments)
     if options.seconds is not None and not 0 < options.seconds < 1e6:
         raise InputError(f"--seconds {options.seconds}: expected a positive number")
@@ -41,7 +44,8 @@ def main(arguments=None):
     try:
         source = bus.open_bus(*address)
     except OSError as error:
-        raise Failure(f"cannot listen on {address[0]}:{address[1]}: {error.strerror.lower()}; bin/check_net says more") from None
+        raise Failure(f"cannot listen on {address[0]}:{address[1]}: {error.strerror.lower()}; "
+                      "bin/check_net says more") from None
     return _listen(source, f"udpm://{address[0]}:{address[1]}{where}", options.seconds)
 
 
@@ -49,7 +53,8 @@ def _enter(options):
     holders = [] if options.here else namespace.holders()
     pid = options.join
     if pid is None and len(holders) > 1:
-        raise InputError(f"several sheets run in private networks; say --join {' or --join '.join(map(str, holders))}, or --here")
+        raise InputError("several sheets run in private networks; say "
+                         f"--join {' or --join '.join(map(str, holders))}, or --here")
     if pid is None and holders:
         pid = holders[0]
     if pid is None:

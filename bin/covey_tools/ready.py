@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Who has published STATUS yet. A process that runs is not yet subscribed, so procman's "running" is too early to feed it."""
+"""Who has published STATUS yet: a process that runs is not yet subscribed, so "running" is too early to feed it."""
 
 from dataclasses import dataclass
 
@@ -33,16 +33,16 @@ def find_targets(names, launches):
         if name in identities:
             process, robot, address = identities[name]
             if address is None:
-                raise InputError(f"--wait-for {name}: its command line has neither --robot nor --url, so its bus is unknown; "
-                                 "expected one of them, or PROCESS/ROBOT")
+                raise InputError(f"--wait-for {name}: its command line has neither --robot nor --url, so its bus is "
+                                 "unknown; expected one of them, or PROCESS/ROBOT")
             targets.append(Target(name, process, robot, address, name))
         elif slash and process and robot.isdigit():
             ids = [command_id for command_id, each in identities.items() if each[:2] == (process, int(robot))]
             address = identities[ids[0]][2] if ids else bus.robot_bus(int(robot))
             targets.append(Target(name, process, int(robot), address, ids[0] if ids else ""))
         else:
-            raise InputError(f"--wait-for {name}: no such command in what is started; expected PROCESS/ROBOT (dpgo/3) or one of "
-                             + ", ".join(identities))
+            raise InputError(f"--wait-for {name}: no such command in what is started; expected PROCESS/ROBOT (dpgo/3) "
+                             f"or one of {', '.join(identities)}")
     return targets
 
 

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Runs a sheet: its script, its processes, until there is nothing left to do or somebody says stop.
 
-The sheet ends when its script is through and no process is left, when the --until-exit command ends, after --duration, at
-Ctrl-C, SIGTERM or SIGHUP, or when a process that was waited for cannot come any more. Ending means: every process is told
-to stop, the last started first, so that a logger started first hears the others out; each has its stop_time_allowed;
-whatever is alive after that, however far it is removed, is killed.
+The sheet ends when its script is through and no process is left, when the --until-exit command ends, after --duration,
+at Ctrl-C, SIGTERM or SIGHUP, or when a process that was waited for cannot come any more. Ending means: every process is
+told to stop, the last started first, so that a logger started first hears the others out; each has its
+stop_time_allowed; whatever is alive after that, however far it is removed, is killed.
 """
 
 import os
@@ -52,8 +52,8 @@ def make_plan(sheet, script_name):
         if action.kind in ("start", "restart"):
             started |= ids
         elif action.status == "running" and not ids <= started:
-            raise SheetError(action.place, f'script "{script_name}" waits here for "{min(ids - started)}" to run, which it has not '
-                                           "started; expected a start before it")
+            raise SheetError(action.place, f'script "{script_name}" waits here for "{min(ids - started)}" to run, '
+                             "which it has not started; expected a start before it")
     return Plan(actions, [command for command in sheet.commands if command.id in started])
 
 
@@ -140,13 +140,15 @@ class Run:
     # What happens
 
     def _on_change(self, process):
-        if process.command.id == self._limits.until_exit and process.exit_code is not None and not process.pid and not self._ending:
+        is_job = process.command.id == self._limits.until_exit
+        if is_job and process.exit_code is not None and not process.pid and not self._ending:
             code = process.exit_code if process.exit_code >= 0 else 128 - process.exit_code
             self._outcome.exit_code = code
             self._job_ended = True
             self.end(f"{process.command.id} ended with {code}")
         elif process.state == "stopped" and not self._ready.is_ready(process.command.id) and not self._ending:
-            self._outcome.errors.append(f"{process.command.id} ended before it published STATUS; its log is {process.log_path}")
+            self._outcome.errors.append(f"{process.command.id} ended before it published STATUS; "
+                                        f"its log is {process.log_path}")
             self.end("a process that was waited for is gone")
         self._loop.after(0, self._advance)
 
@@ -194,7 +196,8 @@ class Run:
 
     def _replace_holder(self):
         self._network.hold_again()
-        self._view.event("sheet", f"the holder of the private network was killed; process {self._network.pid} takes its place")
+        self._view.event("sheet",
+                         f"the private network's holder was killed; process {self._network.pid} takes its place")
         launches = self._make_launches(self._network)  # the way in has another name now
         for process in self._processes.values():
             process.launch = launches[process.command.id]
@@ -243,7 +246,7 @@ class Run:
         return any(process.failed and process.state == "stopped" for process in self._processes.values())
 
     def _kill_orphans(self):
-        """Nobody of ours outlives the sheet, not even what daemonised itself: those were adopted (PR_SET_CHILD_SUBREAPER)."""
+        """Nobody of ours outlives the sheet, not even what daemonised itself: adopt_orphans() made it ours."""
         deadline = time.monotonic() + 2.0
         told = False
         while time.monotonic() < deadline:

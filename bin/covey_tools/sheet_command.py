@@ -64,9 +64,8 @@ def main(arguments=None):
     try:
         _say_where(view, network, options.namespace)
         limits = Limits(options.until_exit, options.duration, options.timeout)
-        run = Run(loop, sheet, plan, lambda network: _launches(plan, environment, network.path), network, view, log_path, targets,
-                  limits)
-        outcome = run.run()
+        outcome = Run(loop, sheet, plan, lambda network: _launches(plan, environment, network.path), network, view,
+                      log_path, targets, limits).run()
     finally:
         view.close()
         network.release()
@@ -86,8 +85,10 @@ def _parse(arguments):
     parser.add_argument("--timeout", type=_positive, default=60.0, metavar="S", help="for --wait-for (default 60)")
     parser.add_argument("--logs", default="", metavar="DIR",
                         help="one log per command and events.txt (default out/sheet/<name of the sheet>)")
-    parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help="a variable for the commands; repeatable")
-    parser.add_argument("--until-exit", default="", metavar="CMD", help="end when this command ends, with its exit code")
+    parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE",
+                        help="a variable for the commands; repeatable")
+    parser.add_argument("--until-exit", default="", metavar="CMD",
+                        help="end when this command ends, with its exit code")
     parser.add_argument("--duration", type=_positive, default=0.0, metavar="S", help="end after this time")
     parser.add_argument("--namespace", choices=["auto", "private", "in-place"], default="auto",
                         help="private: fail where no private network can be had (default auto)")
@@ -153,7 +154,8 @@ def _print_plan(plan, launches):
 
 def _say_where(view, network, mode):
     if network.pid is not None:
-        view.event("sheet", f"private network of process {network.pid}; look inside: bin/rates --join {network.pid} --robot 0")
+        view.event("sheet", f"private network of process {network.pid}; "
+                            f"look inside: bin/rates --join {network.pid} --robot 0")
     elif mode == "in-place":
         view.event("sheet", "in place: the buses are in this network")
     else:

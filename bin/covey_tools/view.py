@@ -64,7 +64,7 @@ class View:
         if not self._live or not self._processes:
             return ""
         columns, rows = shutil.get_terminal_size()
-        head = f"{'':{self._name_width}}  state          pid   uptime  runs   CPU %   MB  last line of its log"
+        head = f"{'':{self._name_width}}  state            pid   uptime  runs  CPU %     MB  last line of its log"
         lines = [f"\033[2m{head[:columns - 1]}\033[0m"]
         room = max(1, rows - 3)
         lines += [self._row(process, columns - 1) for process in self._processes[:room]]
@@ -80,8 +80,8 @@ class View:
             pid, uptime = str(process.pid), duration(self._loop.now() - process.started_s)
             cpu, memory = self._usage(process.pid)
         # cut before colouring: escape codes take no place
-        row = (f"{process.command.id:{self._name_width}}  {state:11}  {pid:>5}  {uptime:>7}  {process.starts:4}  {cpu:>6}  {memory:>4}  "
-               f"{last_log_line(process.log_path)}")[:columns]
+        row = (f"{process.command.id:{self._name_width}}  {state:11}  {pid:>7}  {uptime:>7}  {process.starts:4}  "
+               f"{cpu:>5}  {memory:>5}  {last_log_line(process.log_path)}")[:columns]
         start = self._name_width + 2
         return f"{row[:start]}\033[{_COLOURS[state]}m{row[start:start + 11]}\033[0m{row[start + 11:]}"
 

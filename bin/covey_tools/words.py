@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """An exec string -> environment and arguments, with the shell's quoting.
 
-Words are separated by spaces; '...' keeps everything as it stands; "..." keeps spaces; \\x is x. Leading NAME=VALUE words
-are the command's environment. $NAME and ${NAME} are replaced from the environment the sheet runs in, except inside '...'
-or after a backslash. $NAME without a value stays as it is written, as in procman, so that `sh -c "... $i ..."` works.
+Words are separated by spaces; '...' keeps everything as it stands; "..." keeps spaces; \\x is x. Leading NAME=VALUE
+words are the command's environment. $NAME and ${NAME} are replaced from the environment the sheet runs in, except
+inside '...' or after a backslash. $NAME without a value stays as it is written, as in procman, so that
+`sh -c "... $i ..."` works.
 """
 
 import re
@@ -30,6 +31,8 @@ class Words:
 
 def split_exec(text, environment):
     """Split and expand `text`; raises WordError for an open quote or when nothing is left to run."""
+    if "\0" in text:
+        raise WordError(text.index("\0"), "a zero byte cannot be part of a command line")
     words, current, in_word, quote, quote_offset = Words(), [], False, "", 0
     raw = []  # per word: could be an assignment (its "NAME=" was not quoted)
     plain = True

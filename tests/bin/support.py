@@ -22,6 +22,11 @@ os.environ["PATH"] = os.environ.get("PATH", os.defpath) + ":/usr/sbin:/sbin"  # 
 FAKE_PROCESS = os.path.join(ROOT, "tests", "bin", "fake_process.py")
 
 
+def run_tool(*command):
+    """A finished command, its output as text."""
+    return subprocess.run(command, capture_output=True, text=True, check=False)
+
+
 class SheetRun:
     """A running bin/sheet in a folder of its own."""
 

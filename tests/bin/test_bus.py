@@ -4,17 +4,20 @@
 import os
 import random
 import struct
-import subprocess
 import unittest
 
 import support
 from covey_tools import bus
 from covey_tools.errors import InputError
-from covey_tools.lcm_log import Log
+from covey_tools.lcm_log import Event, Log
 from covey_tools.rates import Rates, table
-from support import Folder
+from support import Folder, run_tool
 
 SENDER = ("10.0.0.1", 5)
+
+
+def fragment(size, offset, index, count, rest):
+    return struct.pack(">IIIIHH", 0x4C433033, 7, size, offset, index, count) + rest
 
 
 def take_all(packets, receiver=None):
@@ -30,8 +33,7 @@ class Packets(unittest.TestCase):
         self.assertEqual(bus.pack_small("STATUS", b"payload", 7), packet)
 
     def test_fragments_by_hand(self):
-        first = struct.pack(">IIIIHH", 0x4C433033, 7, 6, 0, 0, 2) + b"IMAGE\0abc"
-        second = struct.pack(">IIIIHH", 0x4C433033, 7, 6, 3, 1, 2) + b"def"
+        first, second = fragment(6, 0, 0, 2, b"IMAGE\0abc"), fragment(6, 3, 1, 2, b"def")
         for packets in ([first, second], [second, first], [first, first, second]):
             messages, _ = take_all(packets)
             self.assertEqual([(message.channel, message.payload) for message in messages], [("IMAGE", b"abcdef")])
@@ -39,7 +41,8 @@ class Packets(unittest.TestCase):
     def test_large_round_trip(self):
         payload = random.Random(1).randbytes(700000)
         messages, receiver = take_all(bus.pack_fragments("STEREO", payload, 1))
-        self.assertEqual([(message.channel, message.payload, message.packets) for message in messages], [("STEREO", payload, 12)])
+        message, = messages
+        self.assertEqual((message.channel, message.payload, message.packets), ("STEREO", payload, 12))
         self.assertEqual((receiver.packets, receiver.refused, receiver.lost), (12, {}, 0))
 
     def test_a_missing_fragment_loses_that_message_only(self):
@@ -51,12 +54,12 @@ class Packets(unittest.TestCase):
 
     def test_gaps_are_counted_per_sender(self):
         receiver = bus.Receiver()
-        for number, sender in [(1, "a"), (2, "a"), (5, "a"), (100, "b"), (101, "b"), (0xFFFFFFFF, "c"), (0, "c"), (4, "a"), (6, "a")]:
-            receiver.take(bus.pack_small("C", b"", number), sender)
+        for sender, numbers in [("a", [1, 2, 5]), ("b", [100, 101]), ("c", [0xFFFFFFFF, 0]), ("a", [4, 6])]:
+            for number in numbers:
+                receiver.take(bus.pack_small("C", b"", number), sender)
         self.assertEqual(receiver.lost, 2)
 
     def test_refusals(self):
-        fragment = lambda size, offset, index, count, rest: struct.pack(">IIIIHH", 0x4C433033, 7, size, offset, index, count) + rest
         for packet, reason in [
                 (b"", "shorter"), (b"LC02", "shorter"), (b"GET / HTTP/1.1", "not LCM"),
                 (struct.pack(">II", 0x4C433032, 1) + b"STATUS", "without an end"),
@@ -72,16 +75,15 @@ class Packets(unittest.TestCase):
                 bus.parse_packet(packet)
 
     def test_fragments_that_do_not_fit_together(self):
-        hole = [struct.pack(">IIIIHH", 0x4C433033, 7, 9, 0, 0, 2) + b"C\0abc", struct.pack(">IIIIHH", 0x4C433033, 7, 9, 6, 1, 2) + b"def"]
-        self.assertEqual(take_all(hole)[0], [])
-        short = [struct.pack(">IIIIHH", 0x4C433033, 7, 9, 0, 0, 1) + b"C\0abc"]
-        messages, receiver = take_all(short)
+        self.assertEqual(take_all([fragment(9, 0, 0, 2, b"C\0abc"), fragment(9, 6, 1, 2, b"def")])[0], [])
+        messages, receiver = take_all([fragment(9, 0, 0, 1, b"C\0abc")])
         self.assertEqual((messages, receiver.refused), ([], {"fragments do not add up to the message": 1}))
 
     def test_random_and_damaged_packets_never_raise_and_never_grow(self):
         generator = random.Random(2)
         receiver = bus.Receiver()
-        good = bus.pack_fragments("IMAGE", generator.randbytes(5000), 3, 1000) + [bus.pack_small("STATUS", b"x" * 50, 4)]
+        good = bus.pack_fragments("IMAGE", generator.randbytes(5000), 3, 1000)
+        good.append(bus.pack_small("STATUS", b"x" * 50, 4))
         for _ in range(20000):
             if generator.random() < 0.3:
                 packet = generator.randbytes(generator.randrange(60))
@@ -100,14 +102,15 @@ class Packets(unittest.TestCase):
         receiver = bus.Receiver()
         piece = bytes(60000)
         for sender in range(3000):
-            receiver.take(struct.pack(">IIIIHH", 0x4C433033, 1, 1 << 20, 0, 1, 20) + piece, sender)
+            receiver.take(fragment(1 << 20, 0, 1, 20, piece), sender)
         self.assertIn("too many unfinished messages", receiver.refused)
 
 
 class Urls(unittest.TestCase):
     def test_urls(self):
         self.assertEqual(bus.parse_url("udpm://239.255.76.67:7703?ttl=0&recv_buf_size=4"), ("239.255.76.67", 7703))
-        for url in ("7703", "udpm://239.255.76.67", "udpm://10.0.0.1:7703", "udpm://239.255.76.67:70000", "file://x.lcm", "udpm://1.2:3"):
+        for url in ("7703", "udpm://239.255.76.67", "udpm://10.0.0.1:7703", "udpm://239.255.76.67:70000",
+                    "file://x.lcm", "udpm://1.2:3"):
             with self.subTest(url=url), self.assertRaises(InputError):
                 bus.parse_url(url)
 
@@ -126,7 +129,7 @@ class Logs(Folder, unittest.TestCase):
 
     def test_events(self):
         log = Log(self.write(event(0, 10, "A", b"abc") + event(1, 20, "B", b"")))
-        self.assertEqual([(each.number, each.utime, each.channel, each.data) for each in log], [(0, 10, "A", b"abc"), (1, 20, "B", b"")])
+        self.assertEqual(list(log), [Event(0, 10, "A", b"abc"), Event(1, 20, "B", b"")])
         self.assertEqual(log.skipped_bytes, 0)
 
     def test_damage_costs_only_the_damaged(self):
@@ -136,11 +139,12 @@ class Logs(Folder, unittest.TestCase):
         self.assertGreater(log.skipped_bytes, 4)
 
     def test_rates_of_a_log(self):
-        path = self.write(b"".join(event(n, n * 100000, "IMU", bytes(100)) for n in range(11)) + event(11, 1000000, "STATUS", bytes(40)))
-        done = subprocess.run([os.path.join(support.BIN, "rates"), "--log", path], capture_output=True, text=True, check=False)
+        events = [event(number, number * 100000, "IMU", bytes(100)) for number in range(11)]
+        path = self.write(b"".join(events) + event(11, 1000000, "STATUS", bytes(40)))
+        done = run_tool(f"{support.BIN}/rates", "--log", path)
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertRegex(done.stdout, r"IMU +11\.0 +1\.10 +100 +0 ms +11\n")
-        missing = subprocess.run([os.path.join(support.BIN, "rates"), "--log", path + "x"], capture_output=True, text=True, check=False)
+        missing = run_tool(f"{support.BIN}/rates", "--log", path + "x")
         self.assertEqual(missing.returncode, 2)
         self.assertIn("no such file", missing.stderr)
 

@@ -19,7 +19,8 @@ cmd "load configuration" {   # another; with { = } "in it"
 }
 group "hardware" {
     group "cameras" {
-        cmd "left" { exec = "left_camera"; deputy = "robot"; auto_respawn = "true"; stop_signal = 15; stop_time_allowed = 20; }
+        cmd "left" { exec = "left_camera"; deputy = "robot"; auto_respawn = "true"; stop_signal = 15;
+                     stop_time_allowed = 20; }
         cmd "right" { host = "robot"; exec = "right_camera"; auto_respawn = "false"; }
     }
     cmd "imu" { exec = "imu"; deputy = "robot"; }
@@ -41,7 +42,8 @@ script "rest" { start everything; wait cmd "imu" status "running"; }
 class Accepted(unittest.TestCase):
     def test_whole_grammar(self):
         sheet = parse_sheet(WHOLE)
-        self.assertEqual([command.id for command in sheet.commands], ["load configuration", "left", "right", "imu", "gps"])
+        self.assertEqual([command.id for command in sheet.commands],
+                         ["load configuration", "left", "right", "imu", "gps"])
         left = sheet.command("left")
         self.assertEqual((left.group, left.exec, left.deputy), ("hardware/cameras", "left_camera", "robot"))
         self.assertEqual((left.auto_respawn, left.stop_signal, left.stop_time_allowed_s), (True, 15, 20))
@@ -58,8 +60,8 @@ class Accepted(unittest.TestCase):
 
     def test_scripts_are_flattened(self):
         self.assertEqual([str(action) for action in parse_sheet(WHOLE).flatten("go")], [
-            'start cmd "load configuration" wait "stopped"', 'start group "hardware/cameras" wait "running"', "wait ms 250",
-            'restart cmd "left"', "start everything", 'wait cmd "imu" status "running"',
+            'start cmd "load configuration" wait "stopped"', 'start group "hardware/cameras" wait "running"',
+            "wait ms 250", 'restart cmd "left"', "start everything", 'wait cmd "imu" status "running"',
             'wait group "/hardware/" status "running"', 'stop everything wait "stopped"'])
 
     def test_what_the_sheriff_would_mind_is_noted(self):

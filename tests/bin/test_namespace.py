@@ -1,12 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Private networks: nothing from a neighbour reaches a private bus, by multicast or unicast; a listener outside hears it.
+"""Private networks: nothing from a neighbour reaches a private bus, by multicast or unicast; outside it is heard.
 
 Each test's topology, built in a private network H of its own (this file runs itself again inside it):
 
     neighbour X --- veth --- H (the robot's computer)  ---  no wire  ---  P (the private network, by rung one or two)
 """
 
-import os
 import select
 import subprocess
 import sys
@@ -16,7 +15,7 @@ import unittest
 import support
 from covey_tools import bus, namespace
 from covey_tools.errors import Failure
-from support import IN_NAMESPACE, PYTHON
+from support import IN_NAMESPACE, PYTHON, run_tool
 
 H_ADDRESS, X_ADDRESS = "10.77.0.1", "10.77.0.2"
 PORT = bus.ROBOT_PORT + 3
@@ -73,8 +72,7 @@ def isolation(rung):
 
 class Isolation(unittest.TestCase):
     def check(self, rung):
-        done = subprocess.run([IN_NAMESPACE, "--require-private", "--", PYTHON, __file__, "--isolation", rung],
-                              capture_output=True, text=True, check=False)
+        done = run_tool(IN_NAMESPACE, "--require-private", "--", PYTHON, __file__, "--isolation", rung)
         self.assertEqual((done.returncode, done.stdout), (0, "isolated\n"), done.stderr)
 
     def test_rung_one(self):
@@ -86,10 +84,10 @@ class Isolation(unittest.TestCase):
 
 class Ladder(unittest.TestCase):
     def run_inside(self, *arguments):
-        return subprocess.run([IN_NAMESPACE, *arguments], capture_output=True, text=True, check=False)
+        return run_tool(IN_NAMESPACE, *arguments)
 
     def test_the_command_takes_over(self):
-        self.assertEqual(self.run_inside("--require-private", "--", "sh", "-c", "echo out; echo err >&2; exit 7").returncode, 7)
+        self.assertEqual(self.run_inside("--require-private", "--", "sh", "-c", "exit 7").returncode, 7)
         done = self.run_inside("--require-private", "sh", "-c", 'echo "$1"', "sh", "--help")
         self.assertEqual((done.stdout, done.stderr), ("--help\n", ""))
 
@@ -100,7 +98,8 @@ class Ladder(unittest.TestCase):
         self.assertIn("/no/such/program", done.stderr)
 
     def test_multicast_works_inside(self):
-        done = self.run_inside("--require-private", "--", PYTHON, "-c", f"import sys; sys.path.insert(0, {support.BIN!r})\n"
+        done = self.run_inside("--require-private", "--", PYTHON, "-c",
+                               f"import sys; sys.path.insert(0, {support.BIN!r})\n"
                                "from covey_tools import net_checks\nprint(net_checks.multicast_error(60000))")
         self.assertEqual(done.stdout, "\n", done.stderr)
 
@@ -113,7 +112,7 @@ class Ladder(unittest.TestCase):
                   "network = namespace.hold('auto')\n"
                   "print(network.rung, network.path == '', len(network.reasons))\n"
                   "namespace.hold('private')")
-        done = subprocess.run([PYTHON, "-c", script], capture_output=True, text=True, check=False)
+        done = run_tool(PYTHON, "-c", script)
         self.assertEqual(done.stdout, "in place True 2\n")
         self.assertIn("Failure: no private network here (unshare -rn: ", done.stderr)
 

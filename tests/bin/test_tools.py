@@ -2,18 +2,15 @@
 """bin/check_net and bin/rates on a real (private) network."""
 
 import json
-import os
 import re
-import subprocess
 import unittest
 
-import support
-from support import BIN, FAKE_PROCESS, IN_NAMESPACE, PYTHON, Folder
+from support import BIN, FAKE_PROCESS, IN_NAMESPACE, PYTHON, Folder, run_tool
 
 
 def inside(shell, *options):
     """Run a shell line in a private network."""
-    return subprocess.run([IN_NAMESPACE, "--require-private", *options, "--", "sh", "-c", shell], capture_output=True, text=True, check=False)
+    return run_tool(IN_NAMESPACE, "--require-private", *options, "--", "sh", "-c", shell)
 
 
 class CheckNet(unittest.TestCase):
@@ -45,8 +42,8 @@ class CheckNet(unittest.TestCase):
         self.assertIn("ok       multicast", done.stdout)
 
     def test_somebody_on_our_ports(self):
-        listen = ("import socket, subprocess, sys; s = socket.socket(socket.AF_INET, socket.SOCK_DGRAM); s.bind(('', 7703)); "
-                  "sys.exit(subprocess.run(sys.argv[1:]).returncode)")
+        listen = ("import socket, subprocess, sys; s = socket.socket(socket.AF_INET, socket.SOCK_DGRAM); "
+                  "s.bind(('', 7703)); sys.exit(subprocess.run(sys.argv[1:]).returncode)")
         finding = self.findings(f'{PYTHON} -c "{listen}"')["ports"]
         self.assertEqual(finding["level"], "problem")
         self.assertRegex(finding["text"], r"port 7703 \(a robot's bus\) is open in python3 \(process \d+\)")
@@ -54,27 +51,26 @@ class CheckNet(unittest.TestCase):
 
 class Rates(Folder, unittest.TestCase):
     def test_a_bus(self):
-        done = inside(f"{PYTHON} {FAKE_PROCESS} dpgo --robot 2 & sleep 0.3; {BIN}/rates --here --robot 2 --seconds 1.5; kill $!")
+        done = inside(f"{PYTHON} {FAKE_PROCESS} dpgo --robot 2 & sleep 0.5; "
+                      f"{BIN}/rates --here --robot 2 --seconds 2; kill $!")
         self.assertEqual(done.returncode, 0, done.stderr)
         self.assertIn("udpm://239.255.76.67:7702\n", done.stdout)
         hz, kb_per_s = map(float, re.search(r"STATUS +([\d.]+) +([\d.]+)", done.stdout).groups())
-        self.assertTrue(6 < hz < 12 and 0.3 < kb_per_s < 2, done.stdout)
+        self.assertTrue(2 < hz < 12 and 0.1 < kb_per_s < 2, done.stdout)
         self.assertIn("0 messages lost\n", done.stdout)
 
     def test_inside_a_running_sheet(self):
         run = self.start_sheet(f'cmd "a" {{ exec = "{PYTHON} {FAKE_PROCESS} dpgo --robot 4"; deputy = "d"; }}')
         run.wait_for_event("started pid")
         holder = re.search(r"--join (\d+)", self.read("logs/events.txt")).group(1)
-        done = subprocess.run([os.path.join(BIN, "rates"), "--join", holder, "--robot", "4", "--seconds", "1.5"], capture_output=True,
-                              text=True, check=False)
+        done = run_tool(f"{BIN}/rates", "--join", holder, "--robot", "4", "--seconds", "2")
         self.assertIn("STATUS", done.stdout, done.stderr)
-        silent = subprocess.run([os.path.join(BIN, "rates"), "--here", "--robot", "4", "--seconds", "0.3"], capture_output=True,
-                                text=True, check=False)
+        silent = run_tool(f"{BIN}/rates", "--here", "--robot", "4", "--seconds", "0.3")
         self.assertNotIn("STATUS", silent.stdout)
 
     def test_usage(self):
         for arguments in (["--url", "7700"], ["--robot", "99"], ["--robot", "1", "--radio"], ["--seconds", "0"]):
-            done = subprocess.run([os.path.join(BIN, "rates"), *arguments], capture_output=True, text=True, check=False)
+            done = run_tool(f"{BIN}/rates", *arguments)
             self.assertEqual((done.returncode, done.stdout), (2, ""), arguments)
 
 

@@ -38,7 +38,7 @@ class Words(unittest.TestCase):
         self.check("2N=1 run", ["2N=1", "run"])
 
     def test_refusals(self):
-        for text, offset in [("a 'b", 2), ('a b"', 3), ("", 0), ("N=1", 0), ("''", 0)]:
+        for text, offset in [("a 'b", 2), ('a b"', 3), ("", 0), ("N=1", 0), ("''", 0), ("a \0", 2)]:
             with self.subTest(text=text), self.assertRaises(WordError) as caught:
                 split_exec(text, VALUES)
             self.assertEqual(caught.exception.offset, offset)
@@ -70,7 +70,8 @@ class Launches(unittest.TestCase):
 
     def test_identity(self):
         self.assertEqual(identity(self.prepare("sh --robot 3")), ("sh", 3, ("239.255.76.67", 7703)))
-        self.assertEqual(identity(self.prepare("sh --robot=3 --url udpm://239.1.2.3:9000?ttl=0")), ("sh", 3, ("239.1.2.3", 9000)))
+        self.assertEqual(identity(self.prepare("sh --robot=3 --url udpm://239.1.2.3:9000?ttl=0")),
+                         ("sh", 3, ("239.1.2.3", 9000)))
         self.assertEqual(identity(self.prepare("sh x")), ("sh", -1, None))
 
 
