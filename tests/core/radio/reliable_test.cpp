@@ -226,7 +226,7 @@ TEST_CASE("20000 seeded acks that lie leave the sender whole") {
     if (random() % 2 == 0) bench.sender.on_heard(ack.from, bench.now);
     if (random() % 16 == 0) bench.sender.on_restart(ack.from, bench.now);
     taken += bench.sender.on_ack(ack, bench.now) == nullptr ? 1 : 0;
-    bench.sender.on_tick(bench.now);
+    if (trial % 100 == 0) bench.sender.on_tick(bench.now);
   }
   REQUIRE(taken > 100);
   bench.pass(200 * kUsPerSecond, {});
