@@ -10,4 +10,14 @@ const char* radio_channel_name(const char* prefix, const char* name) {
   return names.insert(std::string(prefix) + name).first->c_str();
 }
 
+const radio::TreatmentTable& radio_table() {
+  static const radio::TreatmentTable table = std::apply(
+      []<typename... T>(const RadioChannel<T>&... channel) {
+        return radio::TreatmentTable{
+            {channel.name, {channel.module, channel.reliable, channel.priority, T::getHash()}}...};
+      },
+      kRadioChannels);
+  return table;
+}
+
 }  // namespace covey

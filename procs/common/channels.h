@@ -13,6 +13,9 @@
 #include <covey/trajectory_t.hpp>
 #include <cstdint>
 #include <string>
+#include <tuple>
+
+#include "core/radio/treatment.h"
 
 namespace covey {
 
@@ -38,6 +41,10 @@ const char* radio_channel_name(const char* prefix, const char* name);
 template <typename T>
 struct RadioChannel {
   const char* name;
+  radio::Module module = radio::Module::kControl;  // who pays for the bytes
+  // Repeated until every robot that it is meant for has it. Larger than a datagram (1.2 kB), it always is.
+  bool reliable = false;
+  int priority = 0;  // within the module, higher goes first
   // "OUT_" + name, written by the sending robot's process.
   Channel<T> out() const { return {radio_channel_name("OUT_", name)}; }
   // "IN_" + name, read by the receiving robot's process.
@@ -55,5 +62,11 @@ inline constexpr StreamChannel<keyframe_t> kKeyframe{
     [](const keyframe_t& keyframe) { return keyframe.id; }};
 inline constexpr StreamChannel<loop_t> kLoop{"LOOP", [](const loop_t& loop) { return loop.stream; },
                                              [](const loop_t& loop) { return loop.number; }};
+
+// Every radio channel. radio_bridge lets nothing else cross.
+inline constexpr std::tuple kRadioChannels{};
+
+// The same without the types.
+const radio::TreatmentTable& radio_table();
 
 }  // namespace covey

@@ -152,6 +152,7 @@ int run_process(int argc, char** argv, const ProcessOptions& options,
     limit_memory();
     Config config = load_config(command->config, options.name);
     Process process(std::make_unique<Process::Impl>(*command, std::move(config)));
+    if (options.before_bus) options.before_bus(process);
     return process.run(make_node);
   } catch (const InputError& error) {
     fmt::print(stderr, "{}: {}\n", options.name, error.what());

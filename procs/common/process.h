@@ -28,12 +28,16 @@ class App;
 
 namespace covey {
 
+class Process;
+
 struct ProcessOptions {
   std::string name;
   std::string summary;       // one line for --help
   bool serves_robot = true;  // --robot must be given; else it may be, and robot() is -1 without it
   std::function<void(CLI::App&)> add_options =
       {};  // options of its own; include <CLI/CLI.hpp> in that one file only
+  // What must happen before the bus is opened, such as entering a network namespace. There is no bus() yet.
+  std::function<void(Process&)> before_bus = {};
 };
 
 class Process {
