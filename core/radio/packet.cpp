@@ -49,6 +49,11 @@ std::size_t packet_bytes(std::string_view channel, std::size_t payload_bytes) {
   return kHeaderBytes + channel.size() + 1 + payload_bytes;
 }
 
+bool fits_packet(std::string_view channel, std::size_t payload_bytes) {
+  const Bytes name(channel.begin(), channel.end());
+  return refusal_of_channel(name) == nullptr && packet_bytes(channel, payload_bytes) <= kMaxDatagramBytes;
+}
+
 Bytes write_body(std::string_view channel, ByteView payload) {
   Bytes body(channel.begin(), channel.end());
   COVEY_CHECK(refusal_of_channel(body) == nullptr);

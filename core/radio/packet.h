@@ -41,7 +41,10 @@ ParsedPacket parse_body(ByteView body);
 
 std::size_t packet_bytes(std::string_view channel, std::size_t payload_bytes);
 
-// The channel must be valid and the whole must fit kMaxDatagramBytes.
+// The channel is valid and the whole is not larger than kMaxDatagramBytes.
+bool fits_packet(std::string_view channel, std::size_t payload_bytes);
+
+// Only for what fits_packet; a body may have any length.
 Bytes write_packet(std::uint32_t sequence, std::string_view channel, ByteView payload);
 Bytes write_body(std::string_view channel, ByteView payload);
 
