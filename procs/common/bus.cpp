@@ -20,8 +20,6 @@ constexpr int kReceiveBuffer = 4 << 20;      // with the default of 208 kB, 7 of
 constexpr Utime kStreamTickUs = 20'000;
 const std::string kLogPrefix = "file://";
 
-bool is_log(const std::string& url) { return url.rfind(kLogPrefix, 0) == 0; }
-
 std::string log_path(const std::string& url) {
   const std::string path = url.substr(kLogPrefix.size());
   if (path.find('?') != std::string::npos) {
@@ -137,7 +135,7 @@ struct Bus::Impl {
 
 Bus::Bus(const BusOptions& options, EventLoop& loop, Status& status)
     : impl_(std::make_unique<Impl>(options, loop, status)) {
-  if (is_log(options.url)) {
+  if (is_log_url(options.url)) {
     loop.add_source(std::make_unique<LogReader>(
         log_path(options.url), [impl = impl_.get()](const std::string& channel, const Bytes& bytes) {
           impl->on_log_event(channel, bytes);
@@ -405,6 +403,8 @@ void Bus::Impl::report(const std::string& channel, Writer& writer) {
 void Bus::Impl::count_new(const std::string& name, std::int64_t total, std::int64_t& reported) {
   if (total != reported) status.count(name, total - std::exchange(reported, total));
 }
+
+bool is_log_url(const std::string& url) { return url.rfind(kLogPrefix, 0) == 0; }
 
 std::string robot_bus_url(int robot) {
   return complete(fmt::format("udpm://239.255.76.67:{}", 7700 + robot));

@@ -103,6 +103,8 @@ class Bus {
 
 // The URL of a robot's private bus.
 std::string robot_bus_url(int robot);
+// file://F.lcm
+bool is_log_url(const std::string& url);
 
 template <typename T>
 void Bus::subscribe(const Channel<T>& channel, MessageHandler<T> handler, QueueOptions queue) {

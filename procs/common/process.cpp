@@ -57,7 +57,7 @@ Config load_config(const std::filesystem::path& file, const std::string& process
 std::string bus_port(const std::string& url) {
   const auto options = url.find('?');
   const auto colon = url.rfind(':', options);
-  return url.substr(colon, options - colon);
+  return url.substr(colon, options == std::string::npos ? options : options - colon);
 }
 
 }  // namespace
@@ -83,7 +83,7 @@ int Process::robot() const { return impl_->command.robot; }
 Config& Process::config() { return impl_->config; }
 const std::filesystem::path& Process::state_dir() const { return impl_->command.state_dir; }
 const std::filesystem::path& Process::tum_path() const { return impl_->command.tum_path; }
-bool Process::from_log() const { return impl_->buses.front()->from_log(); }
+bool Process::from_log() const { return is_log_url(impl_->command.url); }
 Utime Process::now() const { return impl_->loop.now(); }
 Bus& Process::bus() { return *impl_->buses.front(); }
 EventLoop& Process::loop() { return impl_->loop; }
@@ -92,18 +92,17 @@ void Process::on_stop(std::function<void()> handler) { impl_->stop_handlers.push
 void Process::stop(int exit_code) { impl_->loop.stop(exit_code); }
 
 Bus& Process::open_bus(const std::string& url) {
-  const BusOptions options{url, impl_->command.faults, impl_->recorder};
-  auto bus = std::make_unique<Bus>(options, impl_->loop, impl_->status);
   for (const auto& other : impl_->buses) {
-    if (bus->from_log() != other->from_log()) {
-      throw_input_error("{} and {}: either all buses are logs or none is", bus->url(), other->url());
+    if (is_log_url(url) != other->from_log()) {
+      throw_input_error("{} and {}: either all buses are logs or none is", url, other->url());
     }
-    if (!bus->from_log() && bus_port(bus->url()) == bus_port(other->url())) {
-      throw_input_error("{} and {}: every bus needs a port of its own; liblcm does not separate groups",
-                        bus->url(), other->url());
+    if (!other->from_log() && bus_port(url) == bus_port(other->url())) {
+      throw_input_error("{} and {}: every bus needs a port of its own; liblcm does not separate groups", url,
+                        other->url());
     }
   }
-  impl_->buses.push_back(std::move(bus));
+  const BusOptions options{url, impl_->command.faults, impl_->recorder};
+  impl_->buses.push_back(std::make_unique<Bus>(options, impl_->loop, impl_->status));
   return *impl_->buses.back();
 }
 
