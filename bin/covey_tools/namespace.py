@@ -10,7 +10,8 @@ tests, two demos) cannot hear each other either. A ladder, since machines differ
     rung 3  "in place"  this host's own network; the buses can be heard and reached through its interfaces
 
 A namespace lives as long as a process in it. `hold()` makes one with a child that does nothing but live there, so that
-others can join by its process id: /proc/<pid>/ns/net, and /proc/<pid>/ns/user beside it.
+others can join by its process id: /proc/<pid>/ns/net, and /proc/<pid>/ns/user beside it. When its parent dies without
+a word (kill -9), the holder kills whatever is left inside, so that no process goes on for nobody.
 """
 
 import ctypes
@@ -19,6 +20,7 @@ import shutil
 import signal
 import socket
 import subprocess
+import time
 
 from covey_tools.errors import Failure
 
@@ -192,7 +194,8 @@ def _start_holder(enter):
                 signal.signal(number, signal.SIG_IGN)  # a terminal's Ctrl-C is for the sheet to handle
             signal.set_wakeup_fd(-1)
             enter()
-            die_with_parent(parent)
+            signal.signal(signal.SIGUSR1, lambda *_: _clear_and_exit())
+            die_with_parent(parent, signal.SIGUSR1)
             _call("prctl", _PR_SET_NAME, HOLDER_NAME.encode(), 0, 0, 0)
             null = os.open("/dev/null", os.O_RDWR)
             for stream in (0, 1, 2):  # nobody's pipe stays open for the holder's sake
@@ -212,6 +215,23 @@ def _start_holder(enter):
         return child, ""
     os.waitpid(child, 0)
     return None, answer.decode() or "died"
+
+
+def _clear_and_exit():
+    """In a holder whose parent is dead: end every process of this network, this one last."""
+    network = os.stat("/proc/self/ns/net").st_ino
+    found = True
+    while found:  # again, for what was being started meanwhile
+        time.sleep(0.01)
+        found = False
+        for pid in filter(str.isdigit, os.listdir("/proc")):
+            try:
+                if int(pid) != os.getpid() and os.stat(f"/proc/{pid}/ns/net").st_ino == network:
+                    os.kill(int(pid), signal.SIGKILL)
+                    found = True
+            except OSError:
+                pass  # it ended, or is not ours to see
+    os._exit(0)
 
 
 def network_of(pid):
@@ -238,8 +258,10 @@ def holders():
         if name.isdigit():
             try:
                 with open(f"/proc/{name}/comm", encoding="ascii", errors="replace") as file:
-                    if file.read().strip() == HOLDER_NAME:
-                        found.append(int(name))
+                    is_holder = file.read().strip() == HOLDER_NAME
+                os.stat(f"/proc/{name}/ns/net")  # not one that has ended and was not collected
+                if is_holder:
+                    found.append(int(name))
             except OSError:
                 pass  # it ended meanwhile
     return sorted(found)

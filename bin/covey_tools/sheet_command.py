@@ -60,7 +60,7 @@ def main(arguments=None):
     namespace.adopt_orphans()
     network = namespace.hold(options.namespace)
     loop = Loop()
-    view = View(loop, os.path.join(logs, "events.txt"))
+    view = View(loop, os.path.join(logs, "events.txt"), [command.id for command in plan.commands])
     try:
         _say_where(view, network, options.namespace)
         limits = Limits(options.until_exit, options.duration, options.timeout)

@@ -14,20 +14,19 @@ _COLOURS = {"running": "32", "backing off": "33", "stopping": "33", "stopped": "
 class View:
     """Event lines on stdout and in `events_path`; below them a live table where stdout is a terminal."""
 
-    def __init__(self, loop, events_path, live=None):
+    def __init__(self, loop, events_path, names):
         self._loop = loop
         self._start_s = loop.now()
         self._events = open(events_path, "w", encoding="utf-8", buffering=1)  # noqa: closed by close()
-        self._live = sys.stdout.isatty() and os.environ.get("TERM") != "dumb" if live is None else live
+        self._live = sys.stdout.isatty() and os.environ.get("TERM") != "dumb"
         self._processes = []
         self._table_lines = 0
         self._cpu = {}  # pid -> (when, CPU seconds)
-        self._name_width = 5
+        self._name_width = max(len(name) for name in ["sheet", *names])
 
     def watch(self, processes):
         """Show these in the table from now on, refreshed once a second."""
         self._processes = processes
-        self._name_width = max([5] + [len(process.command.id) for process in processes])
         if self._live:
             self._tick()
 

@@ -83,8 +83,8 @@ class Folder:
 
         def end():
             if run.process.poll() is None:
-                run.process.kill()
-                run.process.communicate()
+                run.interrupt()
+                run.finish()
             for stream in (run.process.stdout, run.process.stderr):
                 stream.close()
         self.addCleanup(end)

@@ -187,11 +187,12 @@ class Stopping(Folder, unittest.TestCase):
         self.assertFalse(is_alive(daemon))
 
     def test_killing_the_sheet_takes_the_processes_along(self):
-        run = self.start_sheet(command("a", f"sh -c 'echo $$ > {self.folder}/a; exec sleep 100'"))
-        pid, = self.pids("a")
+        child = f"sleep 100 & echo $! > {self.folder}/c"
+        run = self.start_sheet(command("a", f"sh -c 'echo $$ > {self.folder}/a; {child}; wait'"))
+        pids = self.pids("a", "c")
         run.process.kill()
         run.finish()
-        self.assertTrue(wait_until(lambda: not is_alive(pid)))
+        self.assertTrue(wait_until(lambda: not any(is_alive(pid) for pid in pids)))
 
     def test_a_sheet_started_with_sigint_ignored_still_stops_its_processes(self):
         with open(os.path.join(self.folder, "inner.procman"), "w", encoding="utf-8") as file:
