@@ -62,6 +62,7 @@ class CeresProblem::Cost final : public ceres::CostFunction {
   }
 
   const std::vector<double*>& parameters() const { return parameters_; }
+  double scale() const { return scale_; }
   void set_scale(double scale) { scale_ = scale; }
 
   bool Evaluate(const double* const* x, double* residuals, double** jacobians) const override {
@@ -70,8 +71,9 @@ class CeresProblem::Cost final : public ceres::CostFunction {
     } else {
       evaluate_with_jacobians(x, residuals, jacobians);
     }
-    if (scale_ != 1.0) Eigen::Map<Eigen::VectorXd>(residuals, num_residuals()) *= scale_;
-    return true;
+    Eigen::Map<Eigen::VectorXd> r(residuals, num_residuals());
+    if (scale_ != 1.0) r *= scale_;
+    return r.allFinite();
   }
 
  private:
@@ -122,30 +124,35 @@ CeresProblem::CeresProblem(const Graph& graph, Values& values) : graph_(graph), 
     COVEY_CHECK(manifolds_.size() == static_cast<std::size_t>(type.space));
     manifolds_.push_back(std::make_unique<TangentManifold>(type));
   }
-  ceres::Problem::Options options;
-  options.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
-  options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
-  options.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
-  options.disable_all_safety_checks = true;
-  problem_ = std::make_unique<ceres::Problem>(options);
-  for (const Key key : graph.keys()) add_variable(key, values.type(key));
   for (const FactorId id : graph.ids()) {
     costs_.resize(id + 1);
+    losses_.resize(id + 1);
     costs_[id] = std::make_unique<Cost>(graph.factor(id), values, scratch_);
-    Loss* loss = nullptr;
-    if (graph.robust(id).kind != Robust::Kind::kNone) {
-      loss = losses_.emplace_back(std::make_unique<Loss>(graph.robust(id))).get();
-    }
-    problem_->AddResidualBlock(costs_[id].get(), loss, costs_[id]->parameters());
+    if (graph.robust(id).kind != Robust::Kind::kNone) losses_[id] = std::make_unique<Loss>(graph.robust(id));
   }
 }
 
 CeresProblem::~CeresProblem() = default;
 
-void CeresProblem::add_variable(Key key, VariableType type) {
-  problem_->AddParameterBlock(values_.data(key), type.ambient,
-                              manifolds_[static_cast<std::size_t>(type.space)].get());
-  if (graph_.is_constant(key)) problem_->SetParameterBlockConstant(values_.data(key));
+void CeresProblem::add_variable(ceres::Problem& problem, Key key, VariableType type) const {
+  double* x = values_.data(key);
+  problem.AddParameterBlock(x, type.ambient, manifolds_[static_cast<std::size_t>(type.space)].get());
+  if (graph_.is_constant(key)) problem.SetParameterBlockConstant(x);
+}
+
+std::unique_ptr<ceres::Problem> CeresProblem::make_problem() const {
+  ceres::Problem::Options options;
+  options.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  options.manifold_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+  options.disable_all_safety_checks = true;
+  auto problem = std::make_unique<ceres::Problem>(options);
+  for (const Key key : graph_.keys()) add_variable(*problem, key, values_.type(key));
+  for (std::size_t id = 0; id < costs_.size(); ++id) {
+    if (!costs_[id] || costs_[id]->scale() == 0.0) continue;
+    problem->AddResidualBlock(costs_[id].get(), losses_[id].get(), costs_[id]->parameters());
+  }
+  return problem;
 }
 
 void CeresProblem::set_weight(FactorId id, double weight) { costs_[id]->set_scale(std::sqrt(weight)); }
@@ -159,6 +166,12 @@ double CeresProblem::squared_residual(FactorId id) {
 }
 
 SolveResult CeresProblem::solve(const SolveOptions& options) {
+  SolveResult result;
+  result.initial_cost = result.final_cost = cost(graph_, values_);
+  if (!std::isfinite(result.initial_cost)) {
+    result.message = "The cost at the start is not finite.";
+    return result;
+  }
   ceres::Solver::Options ceres_options;
   ceres_options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
   ceres_options.sparse_linear_algebra_library_type = ceres::SUITE_SPARSE;
@@ -170,8 +183,7 @@ SolveResult CeresProblem::solve(const SolveOptions& options) {
   ceres_options.logging_type = ceres::SILENT;
 
   ceres::Solver::Summary summary;
-  ceres::Solve(ceres_options, problem_.get(), &summary);
-  SolveResult result;
+  ceres::Solve(ceres_options, make_problem().get(), &summary);
   result.initial_cost = 2.0 * summary.initial_cost;
   result.final_cost = 2.0 * summary.final_cost;
   result.iterations = summary.num_successful_steps + summary.num_unsuccessful_steps;

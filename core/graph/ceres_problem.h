@@ -35,15 +35,15 @@ class CeresProblem {
   class Cost;
   class Loss;
 
-  void add_variable(Key key, VariableType type);
+  void add_variable(ceres::Problem& problem, Key key, VariableType type) const;
+  std::unique_ptr<ceres::Problem> make_problem() const;
 
   const Graph& graph_;
   Values& values_;
   std::vector<double> scratch_;
-  std::vector<std::unique_ptr<Cost>> costs_;  // by FactorId, null where the graph has none
-  std::vector<std::unique_ptr<Loss>> losses_;
+  std::vector<std::unique_ptr<Cost>> costs_;                 // by FactorId, null where the graph has none
+  std::vector<std::unique_ptr<Loss>> losses_;                // likewise, null without kernel
   std::vector<std::unique_ptr<ceres::Manifold>> manifolds_;  // by Space
-  std::unique_ptr<ceres::Problem> problem_;                  // refers to all of the above, so it goes first
 };
 
 }  // namespace covey::graph

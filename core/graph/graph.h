@@ -11,6 +11,7 @@
 //
 // Costs have no factor 1/2: cost = sum over factors of rho(|whitened residual|^2).
 
+#include <array>
 #include <memory>
 #include <set>
 #include <vector>
@@ -27,10 +28,10 @@ class Graph {
  public:
   // The id stays the factor's until it is removed; ids of removed factors are used again.
   template <FactorModel Model>
-  FactorId add(const Model& model, const std::array<Key, Model::Variables::kCount>& keys,
+  FactorId add(const Model& model, const Key (&keys)[Model::Variables::kCount],
                const Noise<Model::kDim>& noise = {}, Robust robust = {}) {
-    return add(std::make_shared<internal::ModelFactor<Model, typename Model::Variables>>(model, keys, noise),
-               robust);
+    using Stored = internal::ModelFactor<Model, typename Model::Variables>;
+    return add(std::make_shared<Stored>(model, std::to_array(keys), noise), robust);
   }
   FactorId add(std::shared_ptr<const Factor> factor, Robust robust = {});
   void remove(FactorId id);

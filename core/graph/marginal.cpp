@@ -168,8 +168,8 @@ std::optional<Eigen::MatrixXd> marginal_covariance(const Graph& graph, const Val
     unit(wanted.index[c], static_cast<Eigen::Index>(c)) = 1.0;
   const Eigen::MatrixXd solution = cholesky.solve(unit);
   const Eigen::MatrixXd covariance = solution(wanted.index, Eigen::all);
-  // Without gauge rounding can still let the factorisation pass. Then the variances are far above what the factors at the
-  // variable itself allow.
+  // Without gauge rounding can still let the factorisation pass. Then the variances are far above what the
+  // factors at the variable itself allow.
   const Eigen::VectorXd information = H.diagonal();
   const Eigen::VectorXd inflation = covariance.diagonal().cwiseProduct(information(wanted.index));
   if (!covariance.allFinite() || inflation.maxCoeff() * kRankTolerance > 1.0) return std::nullopt;

@@ -62,8 +62,8 @@ inline double jacobian_error(const Factor& factor, const Values& values, double 
 }
 
 template <FactorModel Model>
-double jacobian_error(const Model& model, const std::array<Key, Model::Variables::kCount>& keys,
-                      const Values& values, const Noise<Model::kDim>& noise = {}, double step = 1e-6) {
+double jacobian_error(const Model& model, const Key (&keys)[Model::Variables::kCount], const Values& values,
+                      const Noise<Model::kDim>& noise = {}, double step = 1e-6) {
   Graph graph;
   return jacobian_error(graph.factor(graph.add(model, keys, noise)), values, step);
 }
