@@ -10,6 +10,7 @@ command counts as stopped when its whole group is gone: a child that outlives it
 """
 
 import os
+import re
 import shlex
 import signal
 import subprocess
@@ -20,6 +21,8 @@ from covey_tools import namespace, procfs
 # second that a run lasted.
 MIN_RESPAWN_DELAY_MS = 10
 MAX_RESPAWN_DELAY_MS = 1000
+
+_TERMINAL_CODES = re.compile(r"\x1b\[[0-9;]*[A-Za-z]")
 
 
 class Backoff:
@@ -62,10 +65,6 @@ class Process:
         self._strays = []  # descendants seen when it was told to stop
         self._restart = False
         self._ended = ""  # how the run that is being stopped ended
-
-    @property
-    def restarts(self):
-        return max(0, self.starts - 1)
 
     def start(self):
         """Run it, unless it runs; while it is stopping, run it again afterwards."""
@@ -203,7 +202,7 @@ def last_log_line(path, limit=200):
     try:
         with open(path, "rb") as file:
             file.seek(max(0, os.fstat(file.fileno()).st_size - 4096))
-            lines = file.read().decode("utf-8", "replace").splitlines()
+            lines = _TERMINAL_CODES.sub("", file.read().decode("utf-8", "replace")).splitlines()
     except OSError:
         return ""
     for line in reversed(lines):

@@ -12,7 +12,6 @@ class Channel:
     name: str
     count: int = 0
     total_bytes: int = 0
-    first_s: float = 0.0
     last_s: float = 0.0
     recent: deque = field(default_factory=deque)  # (when, bytes) within the window
 
@@ -42,7 +41,7 @@ class Rates:
     def add(self, name, size_bytes, now_s):
         if self._start_s is None:
             self._start_s = now_s
-        channel = self._channels.setdefault(name, Channel(name, first_s=now_s))
+        channel = self._channels.setdefault(name, Channel(name))
         channel.count += 1
         channel.total_bytes += size_bytes
         channel.last_s = now_s
