@@ -1,0 +1,182 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "procs/pgo/command.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <ctime>
+#include <fstream>
+#include <iostream>
+#include <nlohmann/json.hpp>
+
+#include "core/base/error.h"
+#include "core/eval/ate.h"
+#include "core/pgo/central.h"
+#include "core/pgo/chi_square.h"
+#include "core/pgo/cost.h"
+#include "core/pgo/start.h"
+
+namespace covey {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+const Solver& solver_named(const std::string& name) {
+  std::string known;
+  for (const Solver& solver : all_solvers()) {
+    if (solver.name == name) return solver;
+    known += (known.empty() ? "" : ", ") + solver.name;
+  }
+  throw_input_error("--solver: '{}' is not a solver; there are {}", name, known);
+}
+
+std::string solvers_help() {
+  std::string text = "one of";
+  for (const Solver& solver : all_solvers())
+    text += fmt::format("\n  {:<10} {}", solver.name, solver.summary);
+  return text;
+}
+
+CLI::Validator positive() {
+  const auto refuse = [](const std::string& text) {
+    char* end = nullptr;
+    const double value = std::strtod(text.c_str(), &end);
+    const bool good = !text.empty() && *end == '\0' && std::isfinite(value) && value > 0.0;
+    return good ? std::string() : text + " is not a positive number";
+  };
+  return {refuse, "POSITIVE"};
+}
+
+struct Timed {
+  Solution solution;
+  double seconds = 0.0;  // of CPU
+  double wall_seconds = 0.0;
+};
+
+Timed solve_timed(const Solver& solver, const pgo::PoseGraph& graph, const SolverOptions& options) {
+  const auto begin = std::chrono::steady_clock::now();
+  const std::clock_t cpu = std::clock();
+  Timed timed;
+  timed.solution = solver.solve(graph, options);
+  timed.seconds = static_cast<double>(std::clock() - cpu) / CLOCKS_PER_SEC;
+  timed.wall_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  return timed;
+}
+
+// Against --reference, else against the optimum of the graph without the outliers that were added, in the form of the cost
+// that the solver minimises.
+std::optional<double> trajectory_error_of(const Problem& problem, const pgo::Poses& poses, bool robust) {
+  std::optional<Trajectory> reference = problem.reference;
+  if (!reference && problem.truth_known) {
+    const pgo::PoseGraph& clean = problem.without_outliers;
+    const pgo::PoseGraph form = robust ? pgo::robust_form(clean) : clean;
+    reference = to_trajectory(pgo::solve_least_squares(form, pgo::chordal_start(form)).poses);
+  }
+  if (!reference) return std::nullopt;
+  const TrajectoryError error = trajectory_error({to_trajectory(poses), *reference});
+  if (error.matched == 0)
+    throw_input_error("--reference: no stamp is that of a pose (pose k stands at k + 1 s)");
+  return error.rmse_m;
+}
+
+void write_json(const Json& json, const std::filesystem::path& file) {
+  if (file.empty() || file == "-") {
+    std::cout << json.dump(2) << std::endl;
+    return;
+  }
+  std::ofstream stream(file);
+  stream << json.dump(2) << std::endl;
+  if (!stream) throw_input_error("--json: {} cannot be written", file.string());
+}
+
+}  // namespace
+
+void PgoCommand::add_options(CLI::App& app) {
+  app.add_option("--graph", problem_.graph, "F.g2o, robot<i>.csv, or a folder of robot<i>.csv")->required();
+  app.add_option("--robots", problem_.robots, "cut a g2o graph into this many ranges of poses")
+      ->check(CLI::Range(1, 1000));
+  app.add_option("--solver", solver_.name, solvers_help())->required();
+  app.add_option("--outliers", problem_.outliers, "add random loops until this part of all loops is wrong")
+      ->check(CLI::Range(0.0, 0.99));
+  app.add_option("--seed", problem_.seed, "of the outliers and of what a solver draws")
+      ->capture_default_str();
+  auto* probability = app.add_option("--probability", probability_,
+                                     "of a true loop lying below the threshold of robust solvers");
+  probability->check(CLI::Range(1e-6, 1.0 - 1e-9))->capture_default_str();
+  app.add_option("--barc2", solver_.barc2,
+                 "the threshold itself: the largest squared residual of a true loop")
+      ->check(positive())
+      ->excludes(probability);
+  auto* optimum = app.add_option("--optimum", solver_.optimum, "cost to compare with")->check(positive());
+  app.add_option("--gap", solver_.gap,
+                 "stop at this relative gap to --optimum; exit 1 where it is not reached")
+      ->check(positive())
+      ->needs(optimum);
+  app.add_option("--reference", problem_.reference,
+                 "poses to compare with: TUM (pose k at k + 1 s) or g2o vertices");
+  app.add_option("--json", json_, "write the report here instead of stdout");
+  app.add_option("--tum", tum_, "write the poses here, pose k at k + 1 s");
+}
+
+int PgoCommand::run() {
+  const Solver& solver = solver_named(solver_.name);
+  const Problem problem = load_problem(problem_);
+  const pgo::PoseGraph& graph = problem.graph;
+  solver_.seed = problem_.seed;
+  if (solver_.barc2 <= 0.0) {
+    solver_.barc2 = pgo::chi_square_quantile(probability_, pgo::pose_degrees_of_freedom(graph.dimension));
+  }
+
+  const Timed timed = solve_timed(solver, graph, solver_);
+  const Solution& solution = timed.solution;
+  const pgo::RobustCost robust = pgo::robust_cost(graph, solution.poses, solver_.barc2);
+  const double cost = solver.robust ? robust.cost : pgo::cost(graph, solution.poses);
+
+  Json json;
+  json["solver"] = solver.name;
+  json["dimension"] = graph.dimension;
+  json["poses"] = graph.poses();
+  json["edges"] = graph.edges.size();
+  json["robots"] =
+      std::count_if(graph.poses_per_robot.begin(), graph.poses_per_robot.end(), [](int n) { return n > 0; });
+  json["cost"] = cost;
+  if (solver_.optimum) json["gap"] = cost / *solver_.optimum - 1.0;
+  json["iterations"] = solution.iterations;
+  json["converged"] = solution.converged;
+  if (solution.block_updates) json["block_updates"] = *solution.block_updates;
+  if (solution.rounds) json["rounds"] = *solution.rounds;
+  json["seconds"] = timed.seconds;
+  json["wall_seconds"] = timed.wall_seconds;
+  if (solution.bytes_sent) json["bytes_sent"] = *solution.bytes_sent;
+  json["loops"] = robust.loops;
+  if (solver.robust) {
+    json["barc2"] = solver_.barc2;
+    json["kept_loops"] = robust.kept_loops;
+    if (robust.loops > 0 && robust.kept_loops == 0) {
+      fmt::print(
+          stderr,
+          "pgo: every one of {} loops was rejected: the threshold barc2 = {:.4g} is below their noise\n",
+          robust.loops, solver_.barc2);
+    }
+    if (problem.truth_known) {
+      const pgo::LoopScore score = pgo::score_loops(graph, robust.kept, problem.is_true);
+      json["precision"] = score.precision;
+      json["recall"] = score.recall;
+    }
+  }
+  if (const auto ate = trajectory_error_of(problem, solution.poses, solver.robust)) json["ate_m"] = *ate;
+
+  if (!tum_.empty()) write_tum(tum_, to_trajectory(solution.poses));
+  write_json(json, json_);
+  if (solver_.gap && !(cost <= *solver_.optimum * (1.0 + *solver_.gap))) {
+    fmt::print(stderr, "pgo: the cost {:.9g} is not within {} of --optimum {:.9g}\n", cost, *solver_.gap,
+               *solver_.optimum);
+    return 1;
+  }
+  return 0;
+}
+
+}  // namespace covey
