@@ -15,6 +15,7 @@ a word (kill -9), the holder kills whatever is left inside, so that no process g
 """
 
 import ctypes
+import errno
 import os
 import shutil
 import signal
@@ -33,7 +34,8 @@ _PR_SET_CHILD_SUBREAPER = 36
 _libc = ctypes.CDLL(None, use_errno=True)
 
 HOLDER_NAME = "covey-netns"  # what ps shows for a holder
-MULTICAST_ROUTE = "ip link set lo multicast on && ip route add 224.0.0.0/4 dev lo"  # to type where rung 3 hears nothing
+# To type where rung 3 hears nothing.
+MULTICAST_ROUTE = "ip link set lo up multicast on && ip route add 224.0.0.0/4 dev lo"
 ALLOW_USER_NAMESPACES = "sysctl -w kernel.unprivileged_userns_clone=1 user.max_user_namespaces=10000"
 RUNGS = ("user", "root")
 
@@ -205,8 +207,12 @@ def _start_holder(enter):
             os.closerange(3, 1024)
             while True:
                 signal.pause()
+        except OSError as error:
+            full = error.errno == errno.ENOSPC  # what the kernel says at its limit on namespaces, which may be 0
+            text = "no more namespaces are allowed" if full else (error.strerror or "").lower() or str(error)
+            os.write(write_end, text.encode())
         except BaseException as error:  # noqa: the parent must hear of it, whatever it is
-            os.write(write_end, str(error).encode())
+            os.write(write_end, repr(error).encode())
         os._exit(1)
     os.close(write_end)
     with os.fdopen(read_end, "rb") as pipe:

@@ -9,6 +9,7 @@ Each test's topology, built in a private network H of its own (this file runs it
 import select
 import subprocess
 import sys
+import tempfile
 import time
 import unittest
 
@@ -103,18 +104,30 @@ class Ladder(unittest.TestCase):
                                "from covey_tools import net_checks\nprint(net_checks.multicast_error(60000))")
         self.assertEqual(done.stdout, "\n", done.stderr)
 
-    def test_what_happens_where_no_rung_holds(self):
-        # Pretended: nothing keeps root from rung two.
-        script = (f"import sys; sys.path.insert(0, {support.BIN!r})\n"
-                  "from covey_tools import namespace\n"
-                  "def refuse(*_): raise OSError(1, 'Operation not permitted')\n"
-                  "namespace.enter_new = refuse\n"
-                  "network = namespace.hold('auto')\n"
-                  "print(network.rung, network.path == '', len(network.reasons))\n"
-                  "namespace.hold('private')")
-        done = run_tool(PYTHON, "-c", script)
-        self.assertEqual(done.stdout, "in place True 2\n")
-        self.assertIn("Failure: no private network here (unshare -rn: ", done.stderr)
+    def test_where_no_rung_holds(self):
+        # A user namespace may forbid further ones; in there even root gets neither rung.
+        forbid = "echo 0 > /proc/sys/user/max_user_namespaces; echo 0 > /proc/sys/user/max_net_namespaces; "
+        forbidden = lambda shell: self.run_inside("--rung", "user", "--", "sh", "-c", forbid + shell)
+        done = forbidden(f"{IN_NAMESPACE} -- echo done")
+        self.assertEqual((done.returncode, done.stdout), (0, "done\n"))
+        self.assertIn("no private network (unshare -rn: no more namespaces are allowed; unshare -n: ", done.stderr)
+        self.assertIn("this host's network interfaces", done.stderr)
+        self.assertNotIn("Multicast does not work", done.stderr)
+        done = forbidden(f"ip route del 224.0.0.0/4; {IN_NAMESPACE} -- echo done")
+        self.assertIn(f"Multicast does not work here (no such device); type: {namespace.MULTICAST_ROUTE}", done.stderr)
+        done = forbidden(f"{IN_NAMESPACE} --require-private -- echo done")
+        self.assertEqual((done.returncode, done.stdout), (1, ""))
+        self.assertIn("run as root, or allow user namespaces: sysctl", done.stderr)
+        with tempfile.TemporaryDirectory() as folder:
+            with open(f"{folder}/x.procman", "w", encoding="utf-8") as file:
+                file.write('cmd "a" { exec = "true"; deputy = "d"; }')
+            sheet = f"{support.BIN}/sheet {folder}/x.procman --logs {folder}"
+            done = forbidden(sheet)
+            self.assertEqual(done.returncode, 0)
+            self.assertIn("warning: no private network", done.stdout)
+            done = forbidden(f"{sheet} --namespace private")
+            self.assertEqual((done.returncode, done.stdout), (1, ""))
+            self.assertIn("sheet: no private network here", done.stderr)
 
     def test_sockets_come_out_of_a_network(self):
         network = namespace.hold("private")
