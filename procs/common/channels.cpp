@@ -11,13 +11,13 @@ const char* radio_channel_name(const char* prefix, const char* name) {
 }
 
 const radio::TreatmentTable& radio_table() {
-  static const radio::TreatmentTable table = std::apply(
+  static const radio::TreatmentTable kTable = std::apply(
       []<typename... T>(const RadioChannel<T>&... channel) {
         return radio::TreatmentTable{
             {channel.name, {channel.module, channel.reliable, channel.priority, T::getHash()}}...};
       },
       kRadioChannels);
-  return table;
+  return kTable;
 }
 
 }  // namespace covey
