@@ -9,6 +9,7 @@ sends stop_signal to the group and to descendants that left it; what is alive af
 command counts as stopped when its whole group is gone: a child that outlives its parent would hold the same ports.
 """
 
+import errno
 import os
 import re
 import shlex
@@ -95,10 +96,12 @@ class Process:
     def kill(self):
         """SIGKILL, now."""
         if self.state in ("running", "stopping"):
-            self._strays += procfs.descendants(self.pid) if self.pid else []
+            if self.state == "running":
+                self._strays = []
             self._restart = False
             self.state = "stopping"
-            self._signal(signal.SIGKILL)
+            self._loop.cancel(self._timer)
+            self._insist()
 
     def on_exit(self, exit_code):
         """The sheet collected this process."""
@@ -162,8 +165,14 @@ class Process:
 
     def _kill(self):
         self._report(self, f"still there after {self.command.stop_time_allowed_s} s, killing it")
+        self._insist()
+
+    def _insist(self):
+        """SIGKILL to all that is left, again every second: not every death below a command is reported to the sheet."""
         self._strays += procfs.descendants(self.pid) if self.pid else []
         self._signal(signal.SIGKILL)
+        self._timer = self._loop.after(1.0, self._insist)
+        self.on_orphan_exit()
 
     def _kill_group(self):
         _signal_one(os.killpg, self._group, signal.SIGKILL)
@@ -191,8 +200,11 @@ def spawn(launch, log_path, network):
     environment = {**os.environ, **launch.environment}
     with open(log_path, "ab", buffering=0) as log:
         log.write(f"--- {shlex.join(launch.arguments)}\n".encode())
-        child = subprocess.Popen(launch.arguments, env=environment, stdin=subprocess.DEVNULL, stdout=log, stderr=log,
-                                 start_new_session=True, preexec_fn=prepare)
+        try:
+            child = subprocess.Popen(launch.arguments, env=environment, stdin=subprocess.DEVNULL, stdout=log, stderr=log,
+                                     start_new_session=True, preexec_fn=prepare)
+        except subprocess.SubprocessError:  # all it says of prepare()
+            raise OSError(errno.EPERM, "it could not enter the private network") from None
     child.returncode = 0  # the sheet collects its children itself; subprocess must not
     return child.pid
 
