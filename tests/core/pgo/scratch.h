@@ -17,11 +17,16 @@ namespace covey {
 
 class ScratchFile {
  public:
+  struct Extension {
+    std::string text;
+  };
+
+  ScratchFile() : ScratchFile(Extension{}) {}
   explicit ScratchFile(const std::string& text) : ScratchFile() { std::ofstream(path) << text; }
-  ScratchFile() {
+  explicit ScratchFile(const Extension& extension) {
     static std::atomic<int> count{0};
-    path = std::filesystem::temp_directory_path() /
-           ("covey_test_" + std::to_string(getpid()) + "_" + std::to_string(count++));
+    const std::string name = "covey_test_" + std::to_string(getpid()) + "_" + std::to_string(count++);
+    path = std::filesystem::temp_directory_path() / (name + extension.text);
   }
   ScratchFile(const ScratchFile&) = delete;
   ScratchFile& operator=(const ScratchFile&) = delete;
