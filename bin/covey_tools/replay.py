@@ -17,8 +17,8 @@ from covey_tools import places, status
 from covey_tools.errors import Failure, InputError
 from covey_tools.lcm_log import Log
 
-# Sources: they read data sets, not a bus.
-SOURCES = {"player", "sim"}
+# Left out unless named: sources read data sets and not a bus, and radio_bridge needs a log of the air too (--radio-url).
+NOT_BY_THEMSELVES = {"player", "sim", "radio_bridge"}
 _HEAD = struct.Struct(">qq")
 _SHORT = 8  # hexadecimal digits of an event's own digest
 
@@ -53,7 +53,7 @@ def commands_in(log_path):
     for event in Log(log_path):
         if event.channel == status.CHANNEL:
             message = status.decode(event.data)
-            if message and message.process not in SOURCES and message.robot >= 0:
+            if message and message.process not in NOT_BY_THEMSELVES and message.robot >= 0:
                 found.add(Command(message.process, message.robot))
     return sorted(found, key=lambda command: (command.robot, command.name))
 

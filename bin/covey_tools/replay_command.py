@@ -11,7 +11,8 @@ from covey_tools.errors import InputError
 
 DESCRIPTION = """Runs processes from a log, twice each, and says a digest of every output channel and whether both runs agree.
 
-Without --process: every process whose STATUS is in the log, as the robot that it said. Event time is the only clock, so what
+Without --process: every process whose STATUS is in the log, as the robot that it said, but for sources (player, sim) and
+radio_bridge, which needs a log of the air too: --process 'radio_bridge --radio-url file://AIR.lcm'. Event time is the only clock, so what
 is published must be the same bytes at the same times; STATUS is left out. Exit 0: identical (and as stored), 1: not."""
 
 

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "procs/common/log_file.h"
 #include "tests/child_process.h"
 
 namespace covey {
@@ -171,6 +172,27 @@ TEST_CASE("Wrong types, garbage and absurd counts are counted, and the process g
   CHECK(stage.wait_until([&] { return size_of(got) == 10; }));
   reader->kill(SIGTERM);
   CHECK(reader->wait(kPatienceS) == 0);
+}
+
+TEST_CASE("--out records what a process published, with its time") {
+  Stage stage;
+  const auto writer = stage.start({"--write", "20", "--out", stage.file("out.lcm")});
+  REQUIRE(stage.wait_until([&] { return stage.phase("idle"); }));
+  writer->kill(SIGTERM);
+  CHECK(writer->wait(kPatienceS) == 0);
+  std::int32_t next = 0;
+  Utime before = 0;
+  LogReader log(stage.file("out.lcm"), [&](const std::string& channel, const Bytes& bytes) {
+    keyframe_t keyframe{};
+    if (channel != kKeyframe.name) return;
+    REQUIRE(decode(bytes, keyframe));
+    CHECK(keyframe.id == next++);
+  });
+  for (; log.next_time(); log.deliver()) {
+    CHECK(*log.next_time() >= before);
+    before = *log.next_time();
+  }
+  CHECK(next == 20);
 }
 
 TEST_CASE("A second signal ends a process at once, even one that is stuck") {
