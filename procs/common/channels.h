@@ -4,6 +4,14 @@
 // The channel table: every channel's name, type and, for the radio, treatment. Names stand here and nowhere
 // else; the human-readable table with rates and sizes is lcmtypes/README.md.
 
+#include <covey/dpgo_alignment_t.hpp>
+#include <covey/dpgo_beacon_t.hpp>
+#include <covey/dpgo_join_t.hpp>
+#include <covey/dpgo_keys_t.hpp>
+#include <covey/dpgo_request_t.hpp>
+#include <covey/dpgo_round_t.hpp>
+#include <covey/dpgo_start_t.hpp>
+#include <covey/dpgo_update_t.hpp>
 #include <covey/keyframe_t.hpp>
 #include <covey/loop_t.hpp>
 #include <covey/loop_weights_t.hpp>
@@ -63,8 +71,19 @@ inline constexpr StreamChannel<keyframe_t> kKeyframe{
 inline constexpr StreamChannel<loop_t> kLoop{"LOOP", [](const loop_t& loop) { return loop.stream; },
                                              [](const loop_t& loop) { return loop.number; }};
 
+// Presence goes before the work: a beacon that waits behind updates makes a robot look absent.
+inline constexpr RadioChannel<dpgo_beacon_t> kDpgoBeacon{"DPGO_BEACON", radio::Module::kDpgo, false, 2};
+inline constexpr RadioChannel<dpgo_round_t> kDpgoRound{"DPGO_ROUND", radio::Module::kDpgo, false, 2};
+inline constexpr RadioChannel<dpgo_request_t> kDpgoRequest{"DPGO_REQUEST", radio::Module::kDpgo, false, 1};
+inline constexpr RadioChannel<dpgo_join_t> kDpgoJoin{"DPGO_JOIN", radio::Module::kDpgo, true};
+inline constexpr RadioChannel<dpgo_keys_t> kDpgoKeys{"DPGO_KEYS", radio::Module::kDpgo, true};
+inline constexpr RadioChannel<dpgo_start_t> kDpgoStart{"DPGO_START", radio::Module::kDpgo, true};
+inline constexpr RadioChannel<dpgo_alignment_t> kDpgoAlignment{"DPGO_ALIGNMENT", radio::Module::kDpgo, true};
+inline constexpr RadioChannel<dpgo_update_t> kDpgoUpdate{"DPGO_UPDATE", radio::Module::kDpgo, true};
+
 // Every radio channel. radio_bridge lets nothing else cross.
-inline constexpr std::tuple kRadioChannels{};
+inline constexpr std::tuple kRadioChannels{kDpgoBeacon, kDpgoRound,     kDpgoRequest, kDpgoJoin, kDpgoKeys,
+                                           kDpgoStart,  kDpgoAlignment, kDpgoUpdate};
 
 // The same without the types.
 const radio::TreatmentTable& radio_table();

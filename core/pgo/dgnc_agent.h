@@ -1,0 +1,148 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+// One robot's side of the distributed solver: who is there, when to begin a round, and what to do when somebody falls
+// silent or comes back. A state machine without sockets and clock; the rounds themselves are in dgnc_round.h.
+//
+//   agent.add(keyframe); agent.add(loop);          // from the robot's own front end
+//   agent.receive(message, now);                   // from the other robots
+//   agent.tick(now); agent.advance(now);           // often; advance does at most one update of the poses
+//   for (const AgentMessage& message : agent.take_outgoing()) ...      // to everyone
+//   if (auto result = agent.take_result()) ...
+//
+// Presence. Every robot says once a second, and when a round begins or ends, what it knows and where it stands
+// (dpgo_beacon_t). A robot not heard for silence_us is away. The lowest robot present that has keyframes is the anchor.
+//
+// Rounds. The anchor opens a round (dpgo_round_t, with a number above all it has heard of) when a present robot has
+// something that the last round had not, or did not end that round, or was restarted, and nothing has changed for settle_us
+// (or patience_us have passed). A robot joins when the number is new to it and it hears nobody lower than the sender. While
+// a round runs, the anchor opens another one if a member falls silent or was restarted, or nothing moves for stall_us;
+// the members take their unfinished poses, and mu, along as the start of the next.
+//
+// Repair. Who waits asks for what is missing every request_us; the asked one repeats it, also when it has ended the round.
+//
+// Starts are warm: a segment that has a solution starts from it, with newer keyframes chained on by odometry, so that
+// robots which solved together keep their common frame and only the others are aligned.
+
+#include <covey/dpgo_beacon_t.hpp>
+#include <covey/dpgo_request_t.hpp>
+#include <covey/dpgo_round_t.hpp>
+#include <map>
+#include <optional>
+#include <variant>
+#include <vector>
+
+#include "core/base/time.h"
+#include "core/pgo/dgnc_round.h"
+#include "core/pgo/robot_graph.h"
+
+namespace covey::pgo {
+
+using AgentMessage = std::variant<dpgo_beacon_t, dpgo_round_t, dpgo_request_t, dpgo_join_t, dpgo_keys_t,
+                                  dpgo_start_t, dpgo_alignment_t, dpgo_update_t>;
+
+struct AgentOptions {
+  DgncOptions dgnc;
+  Utime beacon_us = kUsPerSecond;
+  Utime silence_us = 5 * kUsPerSecond;    // without a sign of life: away
+  Utime settle_us = 2 * kUsPerSecond;     // without change before a round is opened ...
+  Utime patience_us = 10 * kUsPerSecond;  // ... unless there has been something new for that long
+  Utime request_us = kUsPerSecond;        // without progress before missing messages are asked for
+  Utime stall_us = 30 * kUsPerSecond;     // without progress before the anchor opens the round anew
+};
+
+// What a robot keeps of a round: enough to go on from after a restart.
+struct Solution {
+  RoundName round;
+  std::int64_t frame = 0;                      // name of W; 0 for none
+  std::uint64_t graph = 0;                     // hash of what was solved
+  double mu = 0.0;                             // where an unfinished round stood; 0 for a finished one
+  std::map<Utime, std::vector<SE3>> segments;  // T_W_K of the placed ones
+};
+
+enum class AgentPhase { kIdle, kWaiting, kRound };  // nothing new; a round is due; in a round
+
+class DgncAgent {
+ public:
+  // start_utime names this run of the process.
+  DgncAgent(int robot, Utime start_utime, const AgentOptions& options);
+
+  // Null when taken, else the reason (robot_graph.h).
+  const char* add(const Keyframe& keyframe);
+  const char* add(const Loop& loop);
+  void restore(const Solution& solution) { solution_ = solution; }
+
+  // Null when taken, else why not: "own", "unknown_sender", "not_anchor", "old_round", "not_member", "other_round", or a
+  // reason of DgncRound::receive.
+  const char* receive(const AgentMessage& message, Utime now);
+
+  void tick(Utime now);
+  bool advance(Utime now);  // true when it did something; call again
+
+  std::vector<AgentMessage> take_outgoing();
+  std::optional<RoundResult> take_result();
+
+  AgentPhase phase() const;
+  int robot() const { return robot_; }
+  const GraphSnapshot& graph() const;                     // as of now
+  const Solution& solution() const { return solution_; }  // of the last finished round
+  const DgncRound* round() const { return round_ ? &*round_ : nullptr; }
+
+ private:
+  struct Peer {
+    dpgo_beacon_t beacon;
+    Utime heard = 0;
+  };
+
+  const char* receive_beacon(const dpgo_beacon_t& beacon, Utime now);
+  const char* receive_round(const dpgo_round_t& proposal, Utime now);
+  const char* receive_request(const dpgo_request_t& request, Utime now);
+  const char* receive_round_message(const RoundMessage& message);
+
+  bool present(int robot, Utime now) const;
+  std::vector<int> present_robots(Utime now) const;  // with keyframes, this one included; ascending
+  bool running() const { return round_ && !round_->done(); }
+  bool member_lost(Utime now) const;
+  bool something_new(Utime now) const;
+  void watch_for_changes(Utime now);
+  void lead(Utime now);
+  void open_round(Utime now);
+  void say_round(Utime now);
+  void join_round(const dpgo_round_t& proposal, Utime now);
+  void say_beacon(Utime now);
+  void ask_for_missing(Utime now);
+  void keep_unfinished();
+  std::vector<SegmentStart> starts() const;
+  void collect(Utime now);
+  template <typename T>
+  void say(T message, Utime now);
+
+  int robot_;
+  Utime start_utime_;
+  AgentOptions options_;
+  RobotGraph graph_;
+  mutable std::optional<GraphSnapshot> snapshot_;
+  std::map<int, Peer> peers_;
+
+  std::optional<DgncRound> round_;  // the last one joined, kept after its end to answer requests
+  dpgo_round_t proposal_{};         // of that round
+  std::int64_t newest_round_ = 0;   // number of the newest round joined or heard of
+  Solution solution_;               // of the last finished round
+  std::optional<Solution> unfinished_;
+  std::optional<RoundResult> result_;
+
+  std::map<int, std::pair<Utime, std::int64_t>> watched_;  // (run, graph) of each present robot
+  Utime last_change_ = 0;
+  std::optional<Utime> new_since_;
+  std::optional<Utime> last_beacon_;
+  Utime last_proposal_ = 0;
+  Utime last_progress_ = 0;
+  Utime last_request_ = 0;
+  std::map<int, Utime> last_resend_;  // by number
+  std::vector<AgentMessage> outgoing_;
+};
+
+// Of any message: who sent it.
+int sender_of(const AgentMessage& message);
+
+}  // namespace covey::pgo

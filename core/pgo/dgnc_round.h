@@ -1,0 +1,147 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+// One round of distributed graduated non-convexity (D-GNC), as one robot runs it: a data flow without clock.
+//
+// The round is a sequence of numbered messages. A robot sends its message n + 1 when, and only when, it holds message n of
+// every other member; what it says depends on these messages and its own frozen graph alone. So all members are always
+// within one message of each other, loss and delay can only delay, doubles and disorder do nothing, and the result is the
+// same to the last bit as that of a lossless run. A robot that waits asks for what it misses (missing(), and the asked one
+// answers from resend()); it is enough that everybody keeps the last two messages.
+//
+//   0 join       what I bring: segments, and per member how many loops we share, with their hash
+//   - keys       only if two members' hashes differ: the names of the shared loops; both keep those that both know
+//   1 start      my public keyframes (ends of shared loops, and the first of each segment), in the frame of my start
+//   2 alignment  of each pair of segments the lower one's robot averages the loops between them (paper, eq. 5);
+//                then everybody grows the same spanning tree from the lowest robot, which puts all starts in one frame
+//   3 update 0   only the largest residual of my loops: all take mu_0 from the team's largest
+//   4 ... updates of the poses, in stages of at most T between which weights and mu change
+//
+// Updates. In the paper one robot updates at a time (RBCD); with N robots that all share loops this is N message delays per
+// sweep. Here all update at once, and descent is kept by majorisation: of an edge between two robots, with P_i and P_j the
+// two sides of its residual at the current point and C = (P_i + P_j) / 2,
+//
+//   |p_i - p_j|^2 <= 2 |p_i - C|^2 + 2 |p_j - C|^2      with equality at the current point,
+//
+// so each robot minimises its private edges plus its half of the right-hand side (block_solver.h), and the team's cost falls
+// (Fan, Murphey, "Majorization Minimization Methods for Distributed Pose Graph Optimization", T-RO 2024). The current point
+// is extrapolated by Nesterov's momentum, dropped when the team's gradients say that it overshoots.
+//
+// Weights. Both ends of a shared loop know both poses as they were sent, so both compute the same weight (paper, eq. 14)
+// and no message is spent on it; the lower robot owns the loop where loops are counted. Poses travel as 16-bit
+// differences to what was sent before, so the rounding error of one update is part of the next difference and dies out.
+//
+// Members without loops between them fall into parts, each with its own anchor (its lowest robot) and frame W.
+//
+// Paper: Tian, Chang, Herrera Arias, Nieto-Granda, How, Carlone, "Kimera-Multi", T-RO 2022, section V.
+
+#include <covey/dpgo_alignment_t.hpp>
+#include <covey/dpgo_join_t.hpp>
+#include <covey/dpgo_keys_t.hpp>
+#include <covey/dpgo_start_t.hpp>
+#include <covey/dpgo_update_t.hpp>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "core/pgo/block_solver.h"
+#include "core/pgo/dgnc_options.h"
+#include "core/pgo/robot_graph.h"
+
+namespace covey::pgo {
+
+using RoundMessage = std::variant<dpgo_join_t, dpgo_keys_t, dpgo_start_t, dpgo_alignment_t, dpgo_update_t>;
+
+struct RoundName {
+  std::int64_t number = 0;
+  int anchor = 0;
+  auto operator<=>(const RoundName&) const = default;
+};
+
+// Where a segment's poses are when the round begins: in its odometry frame (solution 0), or as an earlier solution left them.
+struct SegmentStart {
+  std::int64_t solution = 0;
+  std::vector<SE3> T_S_K;
+};
+
+struct LoopResult {
+  GraphLoop loop;
+  double weight = 0.0;
+  double r2 = 0.0;
+};
+
+struct SegmentResult {
+  Utime segment = 0;
+  bool placed = false;  // connected to W
+  std::vector<SE3> T_W_K;
+};
+
+struct RoundResult {  // of this robot
+  RoundName name;
+  int anchor = 0;             // of this robot's part of the team: W is its O
+  std::int64_t solution = 0;  // name of W
+  std::vector<int> robots;    // of that part
+  std::vector<SegmentResult> segments;
+  std::vector<LoopResult> loops;  // private and shared
+  std::uint64_t graph = 0;        // hash of what was solved
+  int keyframes = 0;
+  int loops_used = 0;  // loops.size() minus those that only one end knew
+  int loops_kept = 0;  // with weight 1
+  int owned_kept = 0;  // of these: private, or shared with a higher robot
+  double owned_cost =
+      0.0;  // odometry r2 + min(r2, barc2) over private loops and those shared with a higher robot; sums to the team's
+  int stages = 0;
+  int updates = 0;
+  std::vector<std::string> warnings;
+};
+
+class DgncRound {
+ public:
+  // mu > 0: the starts come from an unfinished round that had come to it; the round goes on from there if all starts of
+  // the part do and have one frame.
+  DgncRound(const RoundName& name, std::vector<int> members, GraphSnapshot graph,
+            std::vector<SegmentStart> starts, double mu, const DgncOptions& options);
+  ~DgncRound();
+  DgncRound(DgncRound&&) noexcept;
+
+  const RoundName& name() const;
+  const std::vector<int>& members() const;
+
+  // Null when taken, else why not: "sender", "number", "duplicate", "values".
+  const char* receive(const RoundMessage& message);
+
+  // Makes the next message if everything for it is there, which costs at most one update. False when it waits or is done.
+  bool advance();
+  std::vector<RoundMessage> take_outgoing();
+
+  // Ends the round where it is, for observers that have seen enough (not part of the protocol).
+  void stop();
+
+  bool done() const;
+  const RoundResult& result() const;  // when done
+
+  int number() const;                // of the last message that was made
+  std::vector<int> missing() const;  // members whose message number() is not here yet
+  const RoundMessage* resend(
+      int number) const;  // null when it is not made yet, or too old to be missing anywhere
+
+  // For observers: updates so far, and the current poses of the placed segments, rounded to SE(3).
+  int updates() const;
+  double mu() const;
+  std::int64_t frame() const;  // name of W, after the alignment
+  std::vector<SegmentResult> current() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+// number, from and round of any message of a round.
+int number_of(const RoundMessage& message);
+int sender_of(const RoundMessage& message);
+RoundName round_of(const RoundMessage& message);
+
+}  // namespace covey::pgo

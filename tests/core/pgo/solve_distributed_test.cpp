@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/pgo/solve_distributed.h"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <cstdio>
+
+#include "core/pgo/robot_csv.h"
+#include "core/sim/grid.h"
+#include "tests/data.h"
+
+namespace covey::pgo {
+namespace {
+
+double squared_cost(const PoseGraph& graph, const Poses& poses) {
+  const std::vector<int> offsets = graph.offsets();
+  double cost = 0.0;
+  for (const Edge& edge : graph.edges) {
+    const SE3 predicted = poses[offsets[edge.from.robot] + edge.from.index] * edge.measurement;
+    const SE3& T = poses[offsets[edge.to.robot] + edge.to.index];
+    cost += edge.kappa * (T.rotation.matrix() - predicted.rotation.matrix()).squaredNorm() +
+            edge.tau * (T.translation - predicted.translation).squaredNorm();
+  }
+  return cost;
+}
+
+// Every pose moved onto the plane, for a graph of dimension 2.
+PoseGraph flatten(PoseGraph graph) {
+  graph.dimension = 2;
+  for (Edge& edge : graph.edges) {
+    const Eigen::Vector3d phi = edge.measurement.rotation.log();
+    edge.measurement.rotation = SO3::exp({0.0, 0.0, phi.z()});
+    edge.measurement.translation.z() = 0.0;
+  }
+  return graph;
+}
+
+PoseGraph one_robot(const PoseGraph& graph) {
+  const std::vector<int> offsets = graph.offsets();
+  PoseGraph joined{graph.dimension, {graph.poses()}, graph.edges};
+  for (Edge& edge : joined.edges) {
+    edge.from = {0, offsets[edge.from.robot] + edge.from.index};
+    edge.to = {0, offsets[edge.to.robot] + edge.to.index};
+  }
+  return joined;
+}
+
+TEST_CASE("without robustness the team reaches the optimum that one robot with the whole graph finds") {
+  const PoseGraph world = sim::make_grid({.robots = 3, .keyframes = 40, .seed = 2, .false_share = 0.0}).graph;
+  for (const PoseGraph& graph : {world, flatten(world)}) {
+    DistributedOptions options;
+    options.dgnc.robust = false;
+    options.dgnc.tolerance = 1e-12;
+    const DistributedResult team = solve_distributed(graph, options);
+    DistributedOptions central = options;
+    central.start = team.poses;
+    const DistributedResult one = solve_distributed(one_robot(graph), central);
+    REQUIRE(team.cost == Approx(squared_cost(graph, team.poses)));
+    REQUIRE(team.cost == Approx(one.cost).epsilon(1e-6));
+    REQUIRE(one.cost < 1.000001 * team.cost);
+  }
+}
+
+TEST_CASE("each update lowers the cost of the whole team when there is no momentum") {
+  const PoseGraph graph = sim::make_grid({.robots = 4, .keyframes = 30, .seed = 3, .false_share = 0.0}).graph;
+  DistributedOptions options;
+  options.dgnc.robust = false;
+  options.dgnc.momentum = false;
+  options.dgnc.max_updates = 30;
+  options.dgnc.tolerance = 0.0;
+  std::vector<double> costs;
+  options.stop = [&](const DistributedProgress& progress) {
+    costs.push_back(squared_cost(graph, progress.poses()));
+    return false;
+  };
+  solve_distributed(graph, options);
+  REQUIRE(costs.size() > 20);
+  for (std::size_t k = 1; k < costs.size(); ++k) REQUIRE(costs[k] < costs[k - 1] * (1.0 + 1e-7));
+  REQUIRE(costs.back() < costs.front());
+}
+
+TEST_CASE("false closures are rejected and right ones kept") {
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    const sim::GridWorld world = sim::make_grid({.robots = 3, .keyframes = 60, .seed = seed, .min_links = 4});
+    const DistributedResult result = solve_distributed(world.graph);
+    int right = 0;
+    int right_kept = 0;
+    int false_kept = 0;
+    for (std::size_t e = 0; e < world.graph.edges.size(); ++e) {
+      if (world.graph.edges[e].kind != EdgeKind::kLoop) continue;
+      right += world.right[e] ? 1 : 0;
+      (world.right[e] ? right_kept : false_kept) += result.weights[e] == 1.0 ? 1 : 0;
+    }
+    INFO("seed " << seed << ": kept " << right_kept << " of " << right << " right closures and " << false_kept
+                 << " false ones");
+    REQUIRE(false_kept == 0);
+    REQUIRE(right_kept > 0.95 * right);
+    REQUIRE(std::all_of(result.placed.begin(), result.placed.end(), [](bool placed) { return placed; }));
+  }
+}
+
+TEST_CASE("a pair whose closures are all rejected is named") {
+  // Odometry that is a thousand times too sure of itself: no loop agrees with it.
+  PoseGraph graph = sim::make_grid({.robots = 2, .keyframes = 40, .seed = 1, .min_links = 3}).graph;
+  DistributedOptions options;
+  options.dgnc.barc2 = 1e-9;
+  const DistributedResult result = solve_distributed(graph, options);
+  REQUIRE(std::any_of(result.warnings.begin(), result.warnings.end(), [](const std::string& warning) {
+    return warning.find("closures of robots 0-1 were rejected") != std::string::npos;
+  }));
+}
+
+TEST_CASE("robots without closures between them keep their own frames") {
+  PoseGraph graph = sim::make_grid({.robots = 3, .keyframes = 40, .seed = 1, .min_links = 3}).graph;
+  std::erase_if(graph.edges, [](const Edge& edge) {
+    return edge.between_robots() && (edge.from.robot == 2 || edge.to.robot == 2);
+  });
+  const DistributedResult result = solve_distributed(graph);
+  REQUIRE(result.placed[0]);
+  REQUIRE(result.placed[graph.offsets()[1]]);
+  REQUIRE_FALSE(result.placed[graph.offsets()[2]]);
+}
+
+TEST_CASE("the eight robots of tunnels find a good half of their closures right") {
+  const auto folder = test_data("pose_graphs/tunnels");
+  if (!folder) return;
+  DistributedOptions options;
+  options.dgnc.barc2 = 100.0;
+  const DistributedResult result = solve_distributed(read_robot_csv(*folder), options);
+  std::printf("tunnels: cost %.1f, %d closures kept, %d stages, %d updates of each robot, %d messages each\n",
+              result.cost, result.kept, result.stages, result.updates, result.messages);
+  REQUIRE(result.cost < 255000.0);
+  REQUIRE(result.kept > 1700);
+  REQUIRE(result.messages < 150);
+}
+
+}  // namespace
+}  // namespace covey::pgo

@@ -1,0 +1,273 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Distributed optimisation on a network that loses, delays, doubles and disorders: the result is that of the perfect
+// network, to the last bit; and after partitions and restarts everybody still ends in one frame at the same optimum.
+
+#include <catch2/catch.hpp>
+#include <memory>
+
+#include "core/pgo/dgnc_agent.h"
+#include "core/pgo/solve_distributed.h"
+#include "core/sim/grid.h"
+#include "tests/simnet/network.h"
+
+namespace covey::pgo {
+namespace {
+
+constexpr Utime kSecond = kUsPerSecond;
+
+sim::GridWorld small_world() {
+  return sim::make_grid({.robots = 3, .keyframes = 40, .seed = 4, .min_links = 4});
+}
+
+Matrix6d isotropic(double kappa, double tau) {
+  Vector6d variances;
+  variances << Eigen::Vector3d::Constant(1.0 / tau), Eigen::Vector3d::Constant(0.5 / kappa);
+  return variances.asDiagonal();
+}
+
+// The agents of a pose graph's robots, and the air between them, in virtual time.
+class Team {
+ public:
+  Team(const PoseGraph& graph, LinkFaults faults, std::uint64_t seed = 1, Utime settle_us = kSecond)
+      : graph_(graph), network_(seed, faults, graph.robots()) {
+    options_.settle_us = settle_us;
+    options_.request_us = kSecond / 2;
+    for (int robot = 0; robot < graph.robots(); ++robot) start(robot);
+  }
+
+  void start(int robot) {
+    agents_[robot] = std::make_unique<DgncAgent>(robot, now_ + 1, options_);
+    results_.erase(robot);
+  }
+  void stop(int robot) { agents_.erase(robot); }
+  void feed_all() {
+    for (const auto& [robot, agent] : agents_) feed(robot);
+  }
+
+  // What the robot's front end gave; the share of its keyframes and of the loops among these.
+  void feed(int robot, double share = 1.0) {
+    DgncAgent& agent = *agents_.at(robot);
+    std::vector<Keyframe> keyframes(1);
+    for (const Edge& edge : graph_.edges) {
+      if (edge.kind != EdgeKind::kOdometry || edge.from.robot != robot) continue;
+      Keyframe keyframe{{robot, 1, edge.to.index},
+                        kSecond * edge.to.index,
+                        {},
+                        edge.measurement,
+                        isotropic(edge.kappa, edge.tau)};
+      keyframe.T_O_K = keyframes.back().T_O_K * edge.measurement;
+      keyframes.push_back(keyframe);
+    }
+    keyframes.front().name = {robot, 1, 0};
+    keyframes.resize(static_cast<std::size_t>(share * static_cast<double>(keyframes.size())));
+    for (const Keyframe& keyframe : keyframes) agent.add(keyframe);
+    for (const Edge& edge : graph_.edges) {
+      if (edge.kind == EdgeKind::kOdometry || (edge.from.robot != robot && edge.to.robot != robot)) continue;
+      agent.add(Loop{{edge.from.robot, 1, edge.from.index},
+                     {edge.to.robot, 1, edge.to.index},
+                     edge.measurement,
+                     isotropic(edge.kappa, edge.tau)});
+    }
+  }
+
+  void run_until(Utime end) {
+    for (; now_ < end; now_ += 20'000) {
+      network_.deliver_until(now_, [&](int to, int, const AgentMessage& message, Utime t) {
+        if (agents_.count(to) == 0) return;
+        agents_.at(to)->receive(message, t);
+        work(to, t);
+      });
+      for (const auto& [robot, agent] : agents_) {
+        agent->tick(now_);
+        work(robot, now_);
+      }
+    }
+  }
+  void run_for(Utime duration) { run_until(now_ + duration); }
+
+  // Until all agents are idle in one round; false after `limit`.
+  bool run_until_solved(Utime limit) {
+    const Utime end = now_ + limit;
+    while (now_ < end) {
+      run_for(kSecond);
+      if (solved()) return true;
+    }
+    return false;
+  }
+  bool solved() const {
+    for (const auto& [robot, agent] : agents_) {
+      if (agent->phase() != AgentPhase::kIdle || results_.count(robot) == 0) return false;
+      if (results_.at(robot).name != results_.begin()->second.name) return false;
+    }
+    return true;
+  }
+
+  double cost() const {
+    double cost = 0.0;
+    for (const auto& [robot, result] : results_) cost += result.owned_cost;
+    return cost;
+  }
+
+  Utime now() const { return now_; }
+  SimNetwork<AgentMessage>& network() { return network_; }
+  DgncAgent& agent(int robot) { return *agents_.at(robot); }
+  const std::map<int, RoundResult>& results() const { return results_; }
+
+ private:
+  void work(int robot, Utime now) {
+    DgncAgent& agent = *agents_.at(robot);
+    do {
+      for (const AgentMessage& message : agent.take_outgoing()) network_.send(robot, kEveryone, message, now);
+      if (auto result = agent.take_result()) results_[robot] = std::move(*result);
+    } while (agent.advance(now));
+  }
+
+  PoseGraph graph_;
+  AgentOptions options_;
+  SimNetwork<AgentMessage> network_;
+  Utime now_ = 0;
+  std::map<int, std::unique_ptr<DgncAgent>> agents_;
+  std::map<int, RoundResult> results_;
+};
+
+void require_identical(const std::map<int, RoundResult>& a, const std::map<int, RoundResult>& b) {
+  REQUIRE(a.size() == b.size());
+  for (const auto& [robot, result] : a) {
+    const RoundResult& other = b.at(robot);
+    REQUIRE(result.updates == other.updates);
+    REQUIRE(result.segments.size() == other.segments.size());
+    for (std::size_t s = 0; s < result.segments.size(); ++s) {
+      REQUIRE(result.segments[s].T_W_K.size() == other.segments[s].T_W_K.size());
+      for (std::size_t k = 0; k < result.segments[s].T_W_K.size(); ++k) {
+        const SE3& T = result.segments[s].T_W_K[k];
+        const SE3& U = other.segments[s].T_W_K[k];
+        REQUIRE(T.translation == U.translation);
+        REQUIRE(T.rotation.quaternion().coeffs() == U.rotation.quaternion().coeffs());
+      }
+    }
+    REQUIRE(result.owned_cost == other.owned_cost);
+  }
+}
+
+std::map<int, RoundResult> solve(LinkFaults faults, std::uint64_t seed) {
+  // Settles long enough for everybody to hear of everybody, so that there is one round.
+  Team team(small_world().graph, faults, seed, 8 * kSecond);
+  team.feed_all();
+  REQUIRE(team.run_until_solved(600 * kSecond));
+  REQUIRE(team.results().at(0).name.number == 1);
+  return team.results();
+}
+
+TEST_CASE("loss, delay, doubles and disorder change nothing in the result") {
+  const auto perfect = solve({}, 1);
+  require_identical(perfect, solve({.loss = 0.2, .delay_us = 100'000}, 2));
+  require_identical(perfect,
+                    solve({.loss = 0.4, .delay_us = 50'000, .jitter_us = 400'000, .duplicate = 0.3}, 3));
+}
+
+TEST_CASE("agents reach what the solver without a network reaches") {
+  const sim::GridWorld world = small_world();
+  const DistributedResult direct = solve_distributed(world.graph);
+  const auto over_the_air = solve({}, 1);
+  double cost = 0.0;
+  int kept = 0;
+  for (const auto& [robot, result] : over_the_air) {
+    cost += result.owned_cost;
+    kept += result.owned_kept;
+  }
+  REQUIRE(cost == Approx(direct.cost).epsilon(1e-6));
+  REQUIRE(kept == direct.kept);
+}
+
+TEST_CASE("parted teams solve apart, and together when they meet") {
+  Team team(small_world().graph, {.loss = 0.1, .delay_us = 30'000});
+  team.network().isolate(2);
+  team.feed_all();
+  team.run_for(60 * kSecond);
+  REQUIRE(team.results().at(0).robots == std::vector<int>{0, 1});
+  REQUIRE(team.results().at(2).robots == std::vector<int>{2});
+  team.network().heal();
+  REQUIRE(team.run_until_solved(300 * kSecond));
+  for (const auto& [robot, result] : team.results()) {
+    REQUIRE(result.robots == std::vector<int>{0, 1, 2});
+    REQUIRE(result.anchor == 0);
+  }
+  REQUIRE(team.cost() == Approx(solve_distributed(small_world().graph).cost).epsilon(1e-3));
+}
+
+// Runs until some robot is in the middle of its updates.
+void run_into_a_round(Team& team, int robot) {
+  while (team.agent(robot).round() == nullptr || team.agent(robot).round()->updates() < 10) {
+    team.run_for(20'000);
+    REQUIRE(team.now() < 100 * kSecond);
+  }
+}
+
+TEST_CASE("a robot that is killed in a round and started anew takes part again") {
+  for (const int victim : {0, 1, 2}) {
+    Team team(small_world().graph, {.loss = 0.1, .delay_us = 30'000});
+    team.feed_all();
+    run_into_a_round(team, victim);
+    team.stop(victim);
+    team.network().restart(victim);
+    team.run_for(kSecond);
+    team.start(victim);
+    team.feed(victim);
+    REQUIRE(team.run_until_solved(300 * kSecond));
+    REQUIRE(team.results().at(victim).robots == std::vector<int>{0, 1, 2});
+    REQUIRE(team.cost() == Approx(solve_distributed(small_world().graph).cost).epsilon(1e-3));
+  }
+}
+
+TEST_CASE("a robot that falls silent for good is left out, and the others finish") {
+  Team team(small_world().graph, {.loss = 0.1, .delay_us = 30'000});
+  team.feed_all();
+  run_into_a_round(team, 0);
+  team.stop(0);
+  REQUIRE(team.run_until_solved(300 * kSecond));
+  for (const int robot : {1, 2}) REQUIRE(team.results().at(robot).robots == std::vector<int>{1, 2});
+  REQUIRE(team.results().at(1).anchor == 1);
+}
+
+TEST_CASE("new keyframes and loops open a new round that goes on from the last one") {
+  Team team(small_world().graph, {.loss = 0.1, .delay_us = 30'000});
+  for (const int robot : {0, 1, 2}) team.feed(robot, 0.7);
+  REQUIRE(team.run_until_solved(300 * kSecond));
+  const std::int64_t first = team.results().at(0).name.number;
+  for (const int robot : {0, 1, 2}) team.feed(robot);
+  REQUIRE(team.run_until_solved(300 * kSecond));
+  REQUIRE(team.results().at(0).name.number > first);
+  REQUIRE(team.results().at(0).keyframes == 40);
+  REQUIRE(team.cost() == Approx(solve_distributed(small_world().graph).cost).epsilon(1e-3));
+}
+
+TEST_CASE("a solution read back after a restart spares the round when nothing is new") {
+  Team team(small_world().graph, {});
+  team.feed_all();
+  REQUIRE(team.run_until_solved(100 * kSecond));
+  const Solution solution = team.agent(1).solution();
+  const std::int64_t round = solution.round.number;
+  team.stop(1);
+  team.network().restart(1);
+  team.start(1);
+  team.feed(1);
+  team.agent(1).restore(solution);
+  team.run_for(30 * kSecond);
+  REQUIRE(team.agent(0).solution().round.number == round);
+  REQUIRE(team.agent(1).phase() == AgentPhase::kIdle);
+}
+
+TEST_CASE("what only one robot knows of two is left out, and said") {
+  Team team(small_world().graph, {.loss = 0.1, .delay_us = 30'000});
+  team.feed_all();
+  REQUIRE(team.agent(0).add(Loop{{0, 1, 3}, {1, 1, 5}, {}, isotropic(100.0, 100.0)}) == nullptr);
+  REQUIRE(team.run_until_solved(300 * kSecond));
+  const auto& warnings = team.results().at(0).warnings;
+  REQUIRE(std::any_of(warnings.begin(), warnings.end(), [](const std::string& warning) {
+    return warning.find("robots 0-1 are left out: robot 1 does not know them") != std::string::npos;
+  }));
+  REQUIRE(team.cost() == Approx(solve_distributed(small_world().graph).cost).epsilon(1e-6));
+}
+
+}  // namespace
+}  // namespace covey::pgo
