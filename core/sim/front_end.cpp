@@ -5,13 +5,14 @@
 #include <utility>
 
 #include "core/base/error.h"
-#include "core/sim/grid.h"
+#include "core/pgo/trajectories.h"
 
 namespace covey::sim {
 namespace {
 
 using pgo::Edge;
 using pgo::EdgeKind;
+using pgo::keyframe_utime;
 
 void put_pose(const SE3& T, double (&q)[4], double (&t)[3]) {
   const Eigen::Quaterniond quaternion = T.rotation.canonical_quaternion();

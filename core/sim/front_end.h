@@ -7,9 +7,9 @@
 // number.
 //
 // The odometry frame O is the robot's first pose. Poses of a graph have no stamps: keyframe `id` has
-// keyframe_utime(id) (grid.h), and every segment and stream is named keyframe_utime(0). Covariances are
-// isotropic, 1 / tau of translation and 1 / (2 kappa) of rotation per axis, from which CONVENTIONS.md's
-// formulas return kappa and tau. Planar graphs stay in the plane z = 0.
+// keyframe_utime(id) (core/pgo/trajectories.h), and every segment and stream is named keyframe_utime(0).
+// Covariances are isotropic, 1 / tau of translation and 1 / (2 kappa) of rotation per axis, from which
+// CONVENTIONS.md's formulas return kappa and tau. Planar graphs stay in the plane z = 0.
 
 #include <covey/keyframe_t.hpp>
 #include <covey/loop_t.hpp>

@@ -8,6 +8,7 @@
 #include <random>
 
 #include "core/base/error.h"
+#include "core/pgo/trajectories.h"
 
 namespace covey::sim {
 namespace {
@@ -105,7 +106,7 @@ Trajectory drive(const GridOptions& options, const Seed& seed, int robot) {
     const Eigen::Vector2d p(options.block_m * from[0] + along * kDirections[direction][0],
                             options.block_m * from[1] + along * kDirections[direction][1]);
     const double heading = direction * M_PI / 2.0 - (step == 0 ? 0.5 * turned : 0.0);
-    truth.push_back({keyframe_utime(k), pose_on_ground(p, heading, options.undulation_m)});
+    truth.push_back({pgo::keyframe_utime(k), pose_on_ground(p, heading, options.undulation_m)});
   }
   return truth;
 }

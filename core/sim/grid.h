@@ -35,12 +35,11 @@ struct GridOptions {
   double closure_rotation_sigma_deg = 1.0;
   double closure_translation_sigma_m = 0.08;
 
-  double closure_range_m = 1.7;     // between keyframes that see the same place
-  double closure_angle_deg = 45.0;  // between their headings
-  int closure_min_separation = 15;  // keyframes, for closures of a robot with itself
-  double closure_probability =
-      0.5;  // that a keyframe closes with an earlier pass of a given robot at that place
-  double false_share = 1.0 / 3.0;  // of all closures
+  double closure_range_m = 1.7;      // between keyframes that see the same place
+  double closure_angle_deg = 45.0;   // between their headings
+  int closure_min_separation = 15;   // keyframes, for closures of a robot with itself
+  double closure_probability = 0.5;  // that a keyframe closes with a given robot's nearest earlier pass
+  double false_share = 1.0 / 3.0;    // of all closures
   int min_links = 6;
 };
 
@@ -57,8 +56,5 @@ struct GridWorld {
 // some chain of pairs, by at least `min_links` right closures for each pair; InputError where a hundred
 // drives do not get there.
 GridWorld make_grid(const GridOptions& options);
-
-// The stamp of keyframe `id` in worlds whose keyframes have no stamp of their own.
-constexpr Utime keyframe_utime(int id) { return kUsPerSecond * (1 + static_cast<Utime>(id)); }
 
 }  // namespace covey::sim

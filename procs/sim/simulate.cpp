@@ -20,8 +20,9 @@ sim::GridOptions grid_options(const SimOptions& options) {
   grid.seed = options.seed;
   if (!options.config.empty()) {
     Config config = Config::load(options.config);
-    sim::read_grid(config.root().section("sim"), grid);
-    config.check_all_read();
+    ConfigSection& section = config.root().section("sim");
+    sim::read_grid(section, grid);
+    section.check_all_read();
   }
   return grid;
 }

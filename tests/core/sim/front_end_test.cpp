@@ -4,10 +4,13 @@
 #include <catch2/catch.hpp>
 
 #include "core/base/error.h"
+#include "core/pgo/trajectories.h"
 #include "core/sim/grid.h"
 
 namespace covey::sim {
 namespace {
+
+using pgo::keyframe_utime;
 
 SE3 pose_of(const double (&q)[4], const double (&t)[3]) {
   return {SO3::from_quaternion({q[0], q[1], q[2], q[3]}), {t[0], t[1], t[2]}};
