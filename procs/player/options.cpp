@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "procs/player/options.h"
+
+#include <CLI/CLI.hpp>
+
+#include "core/base/error.h"
+#include "procs/player/log_node.h"
+#include "procs/player/pose_graph_node.h"
+
+namespace covey {
+
+void add_player_options(CLI::App& app, PlayerOptions& options) {
+  app.add_option("--log", options.log, "an LCM log: publish its messages again; ends with it");
+  app.add_option("--channels", options.channels,
+                 "with --log: only channels that match this regular expression")
+      ->capture_default_str();
+  app.add_option(
+      "--pose-graph", options.pose_graph,
+      "robot<i>.csv or a folder of them, with --robot: KEYFRAME and LOOP, one keyframe a second; stays "
+      "after the end to answer RESEND");
+  app.add_option("--speed", options.speed, "times recorded time; 0: as fast as is safe")
+      ->check(CLI::Range(0.0, 1e6))
+      ->capture_default_str();
+}
+
+std::shared_ptr<void> make_player(Process& process, const PlayerOptions& options) {
+  if (options.log.empty() == options.pose_graph.empty()) {
+    throw_input_error("give one source to play: --log F.lcm or --pose-graph robot<i>.csv");
+  }
+  if (!options.log.empty()) return std::make_shared<LogNode>(process, options);
+  if (process.robot() < 0) throw_input_error("--pose-graph needs --robot, the robot that speaks");
+  return std::make_shared<PoseGraphNode>(process, options);
+}
+
+}  // namespace covey

@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+// The player's own command line, and the node that it asks for.
+
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "procs/common/process.h"
+
+namespace covey {
+
+struct PlayerOptions {
+  std::filesystem::path log;         // an LCM log to publish again
+  std::string channels = ".*";       // of the log, as a regular expression for the whole name
+  std::filesystem::path pose_graph;  // robot<i>.csv, or a folder of them
+  double speed = 1.0;                // of recorded time; 0: as fast as is safe
+};
+
+void add_player_options(CLI::App& app, PlayerOptions& options);
+
+// InputError unless exactly one source is given, and what it needs with it.
+std::shared_ptr<void> make_player(Process& process, const PlayerOptions& options);
+
+}  // namespace covey

@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "procs/player/pose_graph_node.h"
+
+#include <spdlog/spdlog.h>
+
+#include "core/pgo/robot_csv.h"
+#include "procs/common/channels.h"
+
+namespace covey {
+namespace {
+
+constexpr Utime kTickUs = 5'000;
+// At speed 0: messages a tick, which stock receive buffers of 212,992 bytes take at once.
+constexpr int kBurst = 50;
+
+template <typename... Handlers>
+struct Overloaded : Handlers... {
+  using Handlers::operator()...;
+};
+
+}  // namespace
+
+PoseGraphNode::PoseGraphNode(Process& process, const PlayerOptions& options)
+    : process_(process),
+      speed_(options.speed),
+      messages_(sim::front_end_messages(pgo::read_robot_csv(options.pose_graph), process.robot())),
+      start_(process.now()) {
+  process_.status().set_phase("playing");
+  process_.loop().call_every(kTickUs, [this] { publish_due(); });
+}
+
+double PoseGraphNode::recorded_s(std::size_t message) const {
+  return to_seconds(sim::utime_of(messages_[message]) - sim::utime_of(messages_.front()));
+}
+
+bool PoseGraphNode::is_due() const {
+  if (next_ >= messages_.size()) return false;
+  return speed_ == 0.0 || recorded_s(next_) <= to_seconds(process_.now() - start_) * speed_;
+}
+
+void PoseGraphNode::publish_due() {
+  if (!is_due()) return;
+  for (int sent = 0; sent < kBurst && is_due(); ++sent) publish_next();
+  process_.status().gauge("played_s", recorded_s(next_ - 1));
+  if (next_ < messages_.size()) return;
+  spdlog::info("played {} messages; answering RESEND until stopped", messages_.size());
+  process_.status().set_phase("done");
+}
+
+void PoseGraphNode::publish_next() {
+  std::visit(Overloaded{[this](const keyframe_t& keyframe) { process_.bus().publish(kKeyframe, keyframe); },
+                        [this](const loop_t& loop) { process_.bus().publish(kLoop, loop); }},
+             messages_[next_]);
+  ++next_;
+}
+
+}  // namespace covey
