@@ -9,7 +9,6 @@ GraphScore score_graph(const pgo::PoseGraph& graph, const GraphSolution& solutio
   score.robust = pgo::robust_cost(graph, solution.poses, barc2);
   const std::vector<bool>& kept = solution.kept ? *solution.kept : score.robust.kept;
   const std::vector<int> offsets = graph.offsets();
-  std::vector<JudgedClosure> closures;
   for (std::size_t e = 0; e < graph.edges.size(); ++e) {
     const pgo::Edge& edge = graph.edges[e];
     if (edge.kind != pgo::EdgeKind::kLoop) continue;
@@ -19,9 +18,9 @@ GraphScore score_graph(const pgo::PoseGraph& graph, const GraphSolution& solutio
       const SE3& T_W_B = (*truth)[offsets[edge.to.robot] + edge.to.index];
       closure.right = is_right_closure(edge.measurement, T_W_A.inverse() * T_W_B);
     }
-    closures.push_back(closure);
+    score.closures.push_back(closure);
   }
-  score.loops = score_loops(closures, graph.robots());
+  score.loops = score_loops(score.closures, graph.robots());
   return score;
 }
 

@@ -21,6 +21,7 @@ struct GraphSolution {
 
 struct GraphScore {
   pgo::RobustCost robust;
+  std::vector<JudgedClosure> closures;  // the graph's loops, in its order
   LoopScore loops;
 };
 

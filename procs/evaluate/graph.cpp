@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include <CLI/CLI.hpp>
+#include <fstream>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -21,6 +22,7 @@ struct Options {
   std::vector<std::filesystem::path> estimates;
   std::vector<std::filesystem::path> truths;
   std::vector<std::filesystem::path> logs;
+  std::filesystem::path loops;  // output
   double barc2 = 0.0;
 };
 
@@ -41,6 +43,29 @@ Json to_json(const PairScore& score) {
   return json;
 }
 
+const char* word_for(const JudgedClosure& closure) {
+  if (!closure.kept) return "rejected";
+  if (!closure.right) return "accepted";
+  return *closure.right ? "true" : "false";
+}
+
+// One closure a line, as viewer_offscreen draws it: both ends as estimated, and what became of it.
+void write_loops(const std::filesystem::path& file, const pgo::PoseGraph& graph, const pgo::Poses& poses,
+                 const std::vector<JudgedClosure>& closures) {
+  std::ofstream stream(file);
+  const std::vector<int> offsets = graph.offsets();
+  const auto position = [&](const pgo::PoseId& id) {
+    const Eigen::Vector3d& t = poses[offsets[id.robot] + id.index].translation;
+    return fmt::format("{:.4f} {:.4f} {:.4f}", t.x(), t.y(), t.z());
+  };
+  auto closure = closures.begin();
+  for (const pgo::Edge& edge : graph.edges) {
+    if (edge.kind != pgo::EdgeKind::kLoop) continue;
+    stream << fmt::format("{} {} {}\n", position(edge.from), position(edge.to), word_for(*closure++));
+  }
+  if (!stream.flush()) throw_input_error("{}: cannot be written", file.string());
+}
+
 void print_score(const Options& options) {
   const pgo::PoseGraph graph = pgo::read_robot_csv(options.graph);
   GraphSolution solution{read_poses(graph, options.estimates, "--estimate"), std::nullopt};
@@ -48,6 +73,8 @@ void print_score(const Options& options) {
   std::optional<pgo::Poses> truth;
   if (!options.truths.empty()) truth = read_poses(graph, options.truths, "--truth");
   const GraphScore score = score_graph(graph, solution, options.barc2, truth);
+
+  if (!options.loops.empty()) write_loops(options.loops, graph, solution.poses, score.closures);
 
   Json json = {{"cost", score.robust.cost},
                {"barc2", options.barc2},
@@ -80,6 +107,7 @@ void add_graph_command(CLI::App& app) {
   command->add_option(
       "--log", options->logs,
       "logs of the robots' buses: accepted is what LOOP_WEIGHTS says, not what the residuals say");
+  command->add_option("--loops", options->loops, "write the closures, with their ends, for viewer_offscreen");
   command->callback([options] { print_score(*options); });
 }
 
