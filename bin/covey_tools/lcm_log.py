@@ -72,3 +72,19 @@ class Log:
             at += len(block)
         self.skipped_bytes += at - start + 1
         return False
+
+
+class Writer:
+    """A new log, event by event."""
+
+    def __init__(self, path):
+        self._file = open(path, "wb")  # noqa: closed by close()
+        self._number = 0
+
+    def write(self, channel, data, utime):
+        name = channel.encode("ascii")
+        self._file.write(_HEAD.pack(_SYNC, self._number, utime, len(name), len(data)) + name + data)
+        self._number += 1
+
+    def close(self):
+        self._file.close()

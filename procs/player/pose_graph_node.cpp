@@ -13,11 +13,6 @@ constexpr Utime kTickUs = 5'000;
 // At speed 0: messages a tick, which stock receive buffers of 212,992 bytes take at once.
 constexpr int kBurst = 50;
 
-template <typename... Handlers>
-struct Overloaded : Handlers... {
-  using Handlers::operator()...;
-};
-
 }  // namespace
 
 PoseGraphNode::PoseGraphNode(Process& process, const PlayerOptions& options)
@@ -48,10 +43,12 @@ void PoseGraphNode::publish_due() {
 }
 
 void PoseGraphNode::publish_next() {
-  std::visit(Overloaded{[this](const keyframe_t& keyframe) { process_.bus().publish(kKeyframe, keyframe); },
-                        [this](const loop_t& loop) { process_.bus().publish(kLoop, loop); }},
-             messages_[next_]);
-  ++next_;
+  const sim::FrontEndMessage& message = messages_[next_++];
+  if (const auto* keyframe = std::get_if<keyframe_t>(&message)) {
+    process_.bus().publish(kKeyframe, *keyframe);
+  } else {
+    process_.bus().publish(kLoop, std::get<loop_t>(message));
+  }
 }
 
 }  // namespace covey
