@@ -62,6 +62,7 @@ Timed solve_timed(const Solver& solver, const pgo::PoseGraph& graph, const Solve
   Timed timed;
   timed.solution = solver.solve(graph, options);
   timed.seconds = static_cast<double>(std::clock() - cpu) / CLOCKS_PER_SEC;
+  if (timed.solution.team) timed.seconds -= timed.solution.team->watch_seconds;
   timed.wall_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return timed;
 }
@@ -145,12 +146,14 @@ int PgoCommand::run() {
   json["cost"] = cost;
   if (solver_.optimum) json["gap"] = cost / *solver_.optimum - 1.0;
   json["iterations"] = solution.iterations;
-  json["converged"] = solution.converged;
-  if (solution.block_updates) json["block_updates"] = *solution.block_updates;
-  if (solution.rounds) json["rounds"] = *solution.rounds;
+  if (solution.converged) json["converged"] = *solution.converged;
+  if (solution.team) {
+    json["block_updates"] = solution.team->block_updates;
+    json["rounds"] = solution.team->rounds;
+    json["bytes_sent"] = solution.team->bytes_sent;
+  }
   json["seconds"] = timed.seconds;
   json["wall_seconds"] = timed.wall_seconds;
-  if (solution.bytes_sent) json["bytes_sent"] = *solution.bytes_sent;
   json["loops"] = robust.loops;
   if (solver.robust) {
     json["barc2"] = solver_.barc2;

@@ -23,10 +23,15 @@ struct SolverOptions {
 struct Solution {
   pgo::Poses poses;
   int iterations = 0;
-  bool converged = false;
-  std::optional<std::int64_t> block_updates;  // the distributed solvers have these
-  std::optional<std::int64_t> rounds;
-  std::optional<std::int64_t> bytes_sent;
+  std::optional<bool> converged;  // nothing where the solver stops by a schedule
+  // Of distributed solvers.
+  struct Team {
+    std::int64_t block_updates = 0;  // one robot solving its own poses once
+    std::int64_t rounds = 0;         // in which every robot updates once
+    std::int64_t bytes_sent = 0;     // messages as encoded, a broadcast counted once
+    double watch_seconds = 0.0;      // CPU spent on comparing with the optimum, which is not the robots' work
+  };
+  std::optional<Team> team;
 };
 
 struct Solver {

@@ -83,6 +83,26 @@ TEST_CASE("pgo tells outliers from loops on a graph cut for a team, the same way
   CHECK(report_of(arguments)["cost"] == report["cost"]);
 }
 
+TEST_CASE("pgo runs a team of solvers in one process") {
+  const Walk walk = make_walk({.poses = 150, .rotation_sigma = 0.01, .grid = 4});
+  const ScratchFile graph;
+  write_g2o(graph.path, walk.graph);
+  const double optimum = report_of({"--graph", graph.path, "--solver", "l2"})["cost"];
+  const auto rbcd = report_of({"--graph", graph.path, "--robots", "3", "--solver", "rbcd", "--optimum",
+                               std::to_string(optimum), "--gap", "1e-4"});
+  CHECK(rbcd["gap"].get<double>() <= 1e-4);
+  CHECK(rbcd["block_updates"].get<int>() > 0);
+  CHECK(rbcd["bytes_sent"].get<int>() > 0);
+  std::vector<std::string> arguments = {"--graph",    graph.path, "--robots", "3",
+                                        "--outliers", "0.3",      "--solver", "gnc"};
+  const auto gnc = report_of(arguments);
+  arguments.back() = "dgnc";
+  const auto dgnc = report_of(arguments);
+  CHECK(dgnc["cost"].get<double>() < 1.05 * gnc["cost"].get<double>());
+  CHECK(dgnc["precision"] == 1.0);
+  CHECK(!dgnc.contains("converged"));
+}
+
 TEST_CASE("pgo reads a folder of robots, and one robot of it") {
   const PoseGraph team = cut_into_robots(make_walk({.poses = 90}).graph, 3);
   const ScratchFile folder;
