@@ -9,8 +9,8 @@
 namespace covey::graph {
 namespace {
 
-constexpr double kSmallestMu = 1e-6;
-constexpr double kBinary = 1e-4;  // a weight this close to 0 or 1 is decided
+constexpr double kSmallestMu =
+    1e-15;  // against overflow only: a floor that binds would reject everything at once
 constexpr int kMaxHardRounds = 20;
 
 class Gnc {
@@ -42,7 +42,7 @@ class Gnc {
       set_weights([&](double squared) { return gnc_weight(squared, barc_squared, mu); });
       const double cost = solve(options_.annealing);
       const auto undecided = std::count_if(result_.weights.begin(), result_.weights.end(),
-                                           [](double w) { return w > kBinary && w < 1.0 - kBinary; });
+                                           [](double w) { return w > 0.0 && w < 1.0; });
       result_.rounds.push_back({mu, cost, static_cast<int>(undecided)});
       const bool stands_still = round > 0 && std::abs(cost - last_cost) <=
                                                  options_.relative_cost_tolerance * std::max(cost, 1e-300);

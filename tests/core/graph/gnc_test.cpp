@@ -91,6 +91,25 @@ TEST_CASE("GNC: averaging without any known inlier finds the majority") {
   REQUIRE((truth.inverse() * values.get<SE3>({'x', 0})).log().norm() < 0.2);
 }
 
+TEST_CASE("GNC: loops a hundred thousand sigmas off at the start are not rejected at once") {
+  Graph graph;
+  Values values;
+  GncOptions options;
+  for (int k = 0; k <= 20; ++k) values.set({'x', static_cast<std::uint64_t>(k)}, SE2{0.0, {1.1 * k, 0.0}});
+  const auto add = [&](int i, int j, double length_m, double sigma) {
+    const Key keys[] = {{'x', static_cast<std::uint64_t>(i)}, {'x', static_cast<std::uint64_t>(j)}};
+    return graph.add(Between<SE2>{{0.0, {length_m, 0.0}}}, keys, Noise<3>::sigma(sigma));
+  };
+  for (int k = 1; k <= 20; ++k) add(k - 1, k, 1.1, 0.1);  // too long by a tenth: the loops know better
+  for (int k = 4; k <= 20; k += 4) options.candidates.push_back(add(0, k, k, 1e-5));
+  options.candidates.push_back(add(0, 10, 3.0, 1e-5));
+  graph.set_constant({'x', 0});
+  const GncResult result = solve_gnc(graph, values, options);
+  REQUIRE(result.inliers == 5);
+  REQUIRE(result.weights.back() == 0.0);
+  REQUIRE(values.get<SE2>({'x', 20}).translation.x() == Approx(20.0).epsilon(1e-6));
+}
+
 TEST_CASE("GNC: when everything is rejected it says so") {
   const auto world = make_ring(0);
   GncOptions options;
