@@ -30,8 +30,8 @@ class LinearPrior final : public Factor {
 
   void evaluate(const double* const* x, double* residual, double* const* jacobians) const override;
 
-  const Eigen::MatrixXd& A() const { return A_; }
-  const Eigen::VectorXd& c() const { return c_; }
+  const Eigen::MatrixXd& jacobian() const { return A_; }  // A
+  const Eigen::VectorXd& offset() const { return c_; }    // c
 
  private:
   Eigen::MatrixXd A_;

@@ -125,8 +125,8 @@ TEST_CASE("Marginalise: undetermined directions are dropped, not divided by") {
   const auto prior = marginalise(graph, values, {{'v', 0}});
   REQUIRE(prior != nullptr);
   REQUIRE(prior->residual_dim() == 1);
-  REQUIRE(std::abs(prior->A()(0, 0)) == Approx(1.0));
-  REQUIRE(std::abs(prior->c()(0)) == Approx(6.0));
+  REQUIRE(std::abs(prior->jacobian()(0, 0)) == Approx(1.0));
+  REQUIRE(std::abs(prior->offset()(0)) == Approx(6.0));
 }
 
 TEST_CASE("Marginalise: variables that share nothing with the rest leave no prior") {
