@@ -17,7 +17,7 @@ std::uint32_t first_sequence(Utime epoch) {
 
 }  // namespace
 
-Link::Link(int robot, Utime epoch, TreatmentTable table, LinkOptions options, LinkModelOptions model,
+Link::Link(int robot, Utime epoch, TreatmentTable table, LinkOptions options, const LinkModelOptions& model,
            Count count)
     : robot_(robot),
       epoch_(epoch),

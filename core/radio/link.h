@@ -42,7 +42,8 @@ struct LinkOptions {
   ReliableOptions reliable;
   Utime ack_delay_us = 20'000;           // acks of that long share a datagram
   Utime sign_of_life_us = kUsPerSecond;  // said where nothing else was
-  Utime epoch_memory_us = 10'000'000;    // a robot whose clock went back is taken for new after that silence
+  Utime epoch_memory_us =
+      5 * kUsPerSecond;  // a robot whose clock went back is taken for new after that silence
   std::size_t max_queue_bytes =
       1'000'000;  // waiting datagrams, per module; the oldest of the lowest priority goes
 };
@@ -60,7 +61,7 @@ class Link {
     std::vector<Delivery> bus;
   };
 
-  Link(int robot, Utime epoch, TreatmentTable table, LinkOptions options, LinkModelOptions model,
+  Link(int robot, Utime epoch, TreatmentTable table, LinkOptions options, const LinkModelOptions& model,
        Count count);
 
   void send(std::string_view channel, ByteView payload, Utime now);
