@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """A process run from a log, and digests of what it published.
 
-A digest is SHA-256 over a channel's events in order: event time (int64, big endian), number of bytes (int64), bytes. STATUS is
-left out: it says memory and latencies, which differ from run to run. Beside it stand the first 32 bits of each event's
-own digest, so that a difference can be placed.
+A digest is SHA-256 over a channel's events in order: event time (int64, big endian), number of bytes (int64), bytes.
+STATUS is left out: it says memory and latencies, which differ from run to run. Beside it stand the first 32 bits of each
+event's own digest, so that a difference can be placed.
 """
 
 import hashlib
@@ -17,7 +17,7 @@ from covey_tools import places, status
 from covey_tools.errors import Failure, InputError
 from covey_tools.lcm_log import Log
 
-# Left out unless named: sources read data sets and not a bus, and radio_bridge needs a log of the air too (--radio-url).
+# Left out unless named: sources read data sets and not a bus, and radio_bridge needs a log of the air too.
 NOT_BY_THEMSELVES = {"player", "sim", "radio_bridge"}
 _HEAD = struct.Struct(">qq")
 _SHORT = 8  # hexadecimal digits of an event's own digest
@@ -62,11 +62,13 @@ def run(command, log_path, out_path, options=()):
     """Run the process from the log; what it published is in out_path afterwards."""
     program = os.path.join(places.build_folder(), "bin", command.name)
     if not os.access(program, os.X_OK):
-        raise InputError(f"{command.name}: {program} is missing; run bin/build first, or name the processes with --process")
-    done = subprocess.run([program, "--robot", str(command.robot), "--url", f"file://{log_path}", "--out", out_path,
-                           *options, *command.arguments], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, check=False)
+        raise InputError(f"{command.name}: {program} is missing; run bin/build first, or name processes with --process")
+    arguments = ["--robot", str(command.robot), "--url", f"file://{log_path}", "--out", out_path]
+    done = subprocess.run([program, *arguments, *options, *command.arguments], text=True, check=False,
+                          stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
     if done.returncode == 2:
-        raise InputError(done.stderr.strip().splitlines()[-1] if done.stderr.strip() else f"{command.title} refused its input")
+        said = done.stderr.strip().splitlines()
+        raise InputError(said[-1] if said else f"{command.title} refused its input")
     if done.returncode != 0:
         raise Failure(f"{command.title} ended with {done.returncode} on {log_path}:\n{done.stderr.strip()}")
 
@@ -80,7 +82,8 @@ def digests(out_path):
         bytes_in_order = _HEAD.pack(event.utime, len(event.data)) + event.data
         whole.setdefault(event.channel, hashlib.sha256()).update(bytes_in_order)
         short.setdefault(event.channel, []).append(hashlib.sha256(bytes_in_order).hexdigest()[:_SHORT])
-    return {channel: {"events": len(short[channel]), "sha256": whole[channel].hexdigest(), "short": "".join(short[channel])}
+    return {channel: {"events": len(short[channel]), "sha256": whole[channel].hexdigest(),
+                      "short": "".join(short[channel])}
             for channel in sorted(whole)}
 
 
@@ -93,9 +96,13 @@ def differences(expected, found):
         elif channel not in expected:
             sentences.append(f"{channel}: {found[channel]['events']} events, where there was nothing")
         elif expected[channel]["sha256"] != found[channel]["sha256"]:
-            a, b = expected[channel], found[channel]
-            first = next((i for i in range(min(a["events"], b["events"]))
-                          if a["short"][_SHORT * i:_SHORT * (i + 1)] != b["short"][_SHORT * i:_SHORT * (i + 1)]),
-                         min(a["events"], b["events"]))
-            sentences.append(f"{channel}: differs from event {first} on ({a['events']} events before, {b['events']} now)")
+            before, now = expected[channel], found[channel]
+            sentences.append(f"{channel}: differs from event {_first_difference(before, now)} on "
+                             f"({before['events']} events before, {now['events']} now)")
     return sentences
+
+
+def _first_difference(before, now):
+    common = min(before["events"], now["events"])
+    parts = (slice(_SHORT * i, _SHORT * (i + 1)) for i in range(common))
+    return next((i for i, part in enumerate(parts) if before["short"][part] != now["short"][part]), common)

@@ -9,19 +9,22 @@ import tempfile
 from covey_tools import replay
 from covey_tools.errors import InputError
 
-DESCRIPTION = """Runs processes from a log, twice each, and says a digest of every output channel and whether both runs agree.
+DESCRIPTION = """Runs processes from a log, twice each; says a digest of every output channel and whether both runs agree.
 
-Without --process: every process whose STATUS is in the log, as the robot that it said, but for sources (player, sim) and
-radio_bridge, which needs a log of the air too: --process 'radio_bridge --radio-url file://AIR.lcm'. Event time is the only clock, so what
-is published must be the same bytes at the same times; STATUS is left out. Exit 0: identical (and as stored), 1: not."""
+Without --process: every process whose STATUS is in the log, as the robot that it said, but for sources (player, sim)
+and radio_bridge, which needs a log of the air too: --process 'radio_bridge --radio-url file://AIR.lcm'.
+Event time is the only clock, so what is published must be the same bytes at the same times; STATUS is left out.
+Exit 0: identical (and as stored), 1: not."""
 
 
 def main(arguments=None):
-    parser = argparse.ArgumentParser(prog="replay", description=DESCRIPTION, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(prog="replay", description=DESCRIPTION,
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("log", metavar="LOG", help="an LCM log of a robot's bus")
     parser.add_argument("--process", action="append", metavar="'NAME [OPTION ...]'", default=[],
                         help="run this one, with options of its own; may be repeated")
-    parser.add_argument("--robot", type=int, metavar="R", help="the robot of the processes that --process names (default 0)")
+    parser.add_argument("--robot", type=int, metavar="R",
+                        help="robot of the processes that --process names (default 0); else only this robot's")
     parser.add_argument("--config", metavar="F", help="configuration for all of them")
     parser.add_argument("--store", metavar="F", help="write the digests to this JSON file")
     parser.add_argument("--compare", metavar="F", help="show differences to digests that were stored")
@@ -35,8 +38,8 @@ def main(arguments=None):
         folder = options.keep or scratch
         os.makedirs(folder, exist_ok=True)
         for command in commands:
-            first, second = (_digests(command, options.log, os.path.join(folder, f"{command.name}-{command.robot}-{n}.lcm"), shared)
-                             for n in (1, 2))
+            outs = [os.path.join(folder, f"{command.name}-{command.robot}-{number}.lcm") for number in (1, 2)]
+            first, second = (_digests(command, options.log, out, shared) for out in outs)
             unlike = replay.differences(first, second)
             found[command.title] = first
             good = good and not unlike
@@ -65,7 +68,8 @@ def _digests(command, log, out, shared):
 
 def _print(command, digests, unlike):
     events = sum(channel["events"] for channel in digests.values())
-    print(f"{command.title}: {events} events on {len(digests)} channels, {'DIFFERENT in two runs' if unlike else 'identical in two runs'}")
+    verdict = "DIFFERENT in two runs" if unlike else "identical in two runs"
+    print(f"{command.title}: {events} events on {len(digests)} channels, {verdict}")
     for channel, digest in digests.items():
         print(f"  {channel:<24} {digest['events']:>8}  {digest['sha256']}")
     for sentence in unlike:

@@ -10,14 +10,11 @@
 // Both sides are state machines without sockets or clocks: input and time in, actions out. Guarantees,
 // whatever is lost, doubled, reordered or restarted:
 //  - within a stream the numbers handed on grow strictly; a jump happens only over what is lost for good, and
-//  is counted:
-//    what the writer's history no longer holds (head.first), or what a writer that claims to have it does not
-//    send after `give_up_after` requests (a log that is played has no writer that answers);
+//    is counted: what the writer's history no longer holds (head.first), or what a writer that claims to have
+//    it does not send after `give_up_after` requests (a log that is played has no writer that answers);
 //  - work is bounded: requests are limited in span and number and back off without progress; answers are
-//  limited in
-//    bytes a tick, and a number that several readers ask for within a tick is sent once;
-//  - memory is bounded: by history_bytes on the writer's side, by waiting_bytes and max_streams on the
-//  reader's.
+//    limited in bytes a tick, and a number that several readers ask for within a tick is sent once;
+//  - memory is bounded by history_bytes on the writer's side, by waiting_bytes and max_streams on the reader's.
 // A writer that restarts with the same stream and the same messages is heard as duplicates until it comes
 // past what is known.
 

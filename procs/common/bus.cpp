@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/base/error.h"
+#include "procs/common/bus_streams.h"
 #include "procs/common/log_file.h"
 
 namespace covey {
@@ -87,19 +88,12 @@ struct Bus::Impl {
     FaultInjector faults;
     std::deque<Message> waiting;
   };
-  struct Reader {
-    std::string channel;
-    StreamReader machine;
-    BytesHandler deliver;
-    StreamReaderCounts reported;
-  };
-  struct Writer {
-    StreamWriter machine;
-    StreamWriterCounts reported;
-  };
 
   Impl(const BusOptions& bus_options, EventLoop& event_loop, Status& process_status)
-      : options(bus_options), loop(event_loop), status(process_status) {}
+      : options(bus_options),
+        loop(event_loop),
+        status(process_status),
+        streams(status, [this](auto& channel, auto& bytes) { publish(channel, bytes); }) {}
 
   Subscription& add(const std::string& pattern, Handler handler, QueueOptions queue, bool counts);
   static void on_lcm_message(const lcm::ReceiveBuffer* buffer, const std::string& channel,
@@ -113,13 +107,6 @@ struct Bus::Impl {
   void call(const std::string& channel, const std::function<bool()>& handler, bool counts);
 
   void start_streams();
-  void tick_streams();
-  void act(Reader& reader, const StreamActions& actions);
-  void on_head(const stream_head_t& head);
-  void on_resend(const resend_t& resend);
-  void report(Reader& reader);
-  void report(const std::string& channel, Writer& writer);
-  void count_new(const std::string& name, std::int64_t total, std::int64_t& reported);
 
   BusOptions options;
   EventLoop& loop;
@@ -129,8 +116,7 @@ struct Bus::Impl {
   std::deque<Subscription*> inbox;         // whose turn it is; one entry for each waiting message
   bool dispatching = false;
   bool streams_started = false;
-  std::deque<Reader> readers;
-  std::map<std::string, Writer> writers;
+  BusStreams streams;
 };
 
 Bus::Bus(const BusOptions& options, EventLoop& loop, Status& status)
@@ -290,118 +276,46 @@ void Bus::subscribe_stream(const std::string& channel, NumberOf number_of, Bytes
                            const StreamPositions& have) {
   COVEY_CHECK(!channel.empty() && channel.size() <= kLongestChannel);
   impl_->start_streams();
-  impl_->readers.push_back({channel, StreamReader({}, have), std::move(handler), {}});
-  const auto on_message = [impl = impl_.get(), &reader = impl_->readers.back(),
-                           number_of = std::move(number_of)](const std::string&, const Bytes& bytes) {
+  auto deliver = [impl = impl_.get(), channel, handler = std::move(handler)](const Bytes& bytes) {
+    impl->call(
+        channel, [&] { return handler(bytes); }, true);
+  };
+  BusStreams::Reader& reader = impl_->streams.add_reader(channel, have, std::move(deliver));
+  const auto on_message = [impl = impl_.get(), &reader, number_of = std::move(number_of)](
+                              const std::string&, const Bytes& bytes) {
     StreamMessage message;
     if (!number_of(bytes, message)) return false;
     message.bytes = bytes;
-    impl->act(reader, reader.machine.on_message(std::move(message), impl->loop.now()));
+    impl->streams.on_message(reader, std::move(message), impl->loop.now());
     return true;
   };
   impl_->add(escaped(channel), on_message, {}, false);
 }
 
-void Bus::publish_stream(const std::string& channel, StreamMessage message) {
+void Bus::publish_stream(const std::string& channel, const StreamMessage& message) {
   impl_->start_streams();
-  if (!impl_->writers[channel].machine.on_publish(message)) {
-    spdlog::error(
-        "{}: number {} of stream {} does not follow the last one; it is sent but cannot be repaired", channel,
-        message.number, message.stream);
-  }
+  impl_->streams.on_publish(channel, message);
   publish_raw(channel, message.bytes);
 }
 
+// The messages that repair streams are only listened to where there are any.
 void Bus::Impl::start_streams() {
   if (std::exchange(streams_started, true)) return;
-  const auto typed = [](auto handle) {
-    return [handle](const std::string&, const Bytes& bytes) { return handle(bytes); };
+  const auto on_head = [this](const std::string&, const Bytes& bytes) {
+    stream_head_t head{};
+    if (!decode(bytes, head)) return false;
+    streams.on_head(head, loop.now());
+    return true;
   };
-  add(escaped(kStreamHead.name), typed([this](const Bytes& bytes) {
-        stream_head_t head{};
-        if (!decode(bytes, head)) return false;
-        on_head(head);
-        return true;
-      }),
-      {}, true);
-  add(escaped(kResend.name), typed([this](const Bytes& bytes) {
-        resend_t resend{};
-        if (!decode(bytes, resend)) return false;
-        on_resend(resend);
-        return true;
-      }),
-      {}, true);
-  loop.call_every(kStreamTickUs, [this] { tick_streams(); });
-}
-
-void Bus::Impl::tick_streams() {
-  const Utime now = loop.now();
-  for (std::size_t i = 0; i < readers.size(); ++i) act(readers[i], readers[i].machine.on_tick(now));
-  for (auto& [channel, writer] : writers) {
-    const StreamWriterActions actions = writer.machine.on_tick(now);
-    for (const StreamMessage& message : actions.send) publish(channel, message.bytes);
-    for (const StreamHead& head : actions.heads) {
-      stream_head_t message{};
-      message.utime = now;
-      message.channel = channel;
-      message.stream = head.stream;
-      message.first = head.first;
-      message.next = head.next;
-      publish(kStreamHead.name, encode(message));
-    }
-    report(channel, writer);
-  }
-}
-
-void Bus::Impl::act(Reader& reader, const StreamActions& actions) {
-  for (const StreamMessage& message : actions.deliver) {
-    call(
-        reader.channel, [&] { return reader.deliver(message.bytes); }, true);
-  }
-  for (const StreamGap& gap : actions.resend) {
-    resend_t message{};
-    message.utime = loop.now();
-    message.channel = reader.channel;
-    message.stream = gap.stream;
-    message.first = gap.first;
-    message.last = gap.last;
-    publish(kResend.name, encode(message));
-  }
-  report(reader);
-}
-
-void Bus::Impl::on_head(const stream_head_t& head) {
-  for (std::size_t i = 0; i < readers.size(); ++i) {
-    if (readers[i].channel != head.channel) continue;
-    act(readers[i], readers[i].machine.on_head({head.stream, head.first, head.next}, loop.now()));
-  }
-}
-
-void Bus::Impl::on_resend(const resend_t& resend) {
-  const auto writer = writers.find(resend.channel);
-  if (writer != writers.end()) writer->second.machine.on_resend({resend.stream, resend.first, resend.last});
-}
-
-void Bus::Impl::report(Reader& reader) {
-  const StreamReaderCounts& now = reader.machine.counts();
-  StreamReaderCounts& reported = reader.reported;
-  count_new("dropped/" + reader.channel + "/duplicate", now.duplicate, reported.duplicate);
-  count_new("dropped/" + reader.channel + "/impossible", now.impossible, reported.impossible);
-  count_new("dropped/" + reader.channel + "/no_room", now.refused, reported.refused);
-  count_new("lost/" + reader.channel, now.lost, reported.lost);
-  count_new("requests/" + reader.channel, now.requests, reported.requests);
-}
-
-void Bus::Impl::report(const std::string& channel, Writer& writer) {
-  const StreamWriterCounts& now = writer.machine.counts();
-  StreamWriterCounts& reported = writer.reported;
-  count_new("bugs/" + channel + "/out_of_order", now.out_of_order, reported.out_of_order);
-  count_new("resent/" + channel, now.resent, reported.resent);
-  count_new("forgotten/" + channel, now.forgotten, reported.forgotten);
-}
-
-void Bus::Impl::count_new(const std::string& name, std::int64_t total, std::int64_t& reported) {
-  if (total != reported) status.count(name, total - std::exchange(reported, total));
+  const auto on_resend = [this](const std::string&, const Bytes& bytes) {
+    resend_t resend{};
+    if (!decode(bytes, resend)) return false;
+    streams.on_resend(resend);
+    return true;
+  };
+  add(escaped(kStreamHead.name), on_head, {}, true);
+  add(escaped(kResend.name), on_resend, {}, true);
+  loop.call_every(kStreamTickUs, [this] { streams.on_tick(loop.now()); });
 }
 
 bool is_log_url(const std::string& url) { return url.rfind(kLogPrefix, 0) == 0; }

@@ -2,17 +2,14 @@
 #pragma once
 
 // A typed LCM bus for nodes that do not want to know liblcm. What it takes care of:
-//  - handlers run from the event loop, never inside liblcm: an exception there is counted as "bugs/CHANNEL"
-//  and goes no further;
-//  - liblcm only enqueues; its own queues are unlimited (they would drop the newest), ours are bounded where
-//  QueueOptions says so;
-//  - what cannot be decoded is counted ("dropped/CHANNEL/undecodable") and dropped; "in/CHANNEL" counts what
-//  handlers saw and
-//    "out/CHANNEL" what was published;
-//  - channel names are escaped (liblcm subscribes to regular expressions) and checked against its limit of 63
-//  bytes;
+//  - handlers run from the event loop, never inside liblcm; an exception there is counted ("bugs/CHANNEL");
+//  - liblcm only enqueues: its own queues are unlimited (they would drop the newest), ours are bounded where
+//    QueueOptions says so;
+//  - what cannot be decoded is dropped and counted ("dropped/CHANNEL/undecodable"); "in/CHANNEL" counts what
+//    handlers saw, "out/CHANNEL" what was published;
+//  - channel names are escaped (liblcm subscribes to regular expressions) and held to its limit of 63 bytes;
 //  - udpm URLs get a receive buffer of 4 MiB and ttl 0 unless they say otherwise; a bus that cannot be opened
-//  is an InputError;
+//    is an InputError;
 //  - numbered streams are repaired inside (core/base/stream.h): RESEND and STREAM_HEAD never reach a node;
 //  - a URL file://F.lcm reads a log in the loop's virtual time, and publishes into the recording only.
 // On a live bus a process hears what it publishes itself, if it subscribes to it; from a log it hears what
@@ -96,7 +93,7 @@ class Bus {
   void subscribe_bytes(const std::string& channel, BytesHandler handler, QueueOptions queue);
   void subscribe_stream(const std::string& channel, NumberOf number_of, BytesHandler handler,
                         const StreamPositions& have);
-  void publish_stream(const std::string& channel, StreamMessage message);
+  void publish_stream(const std::string& channel, const StreamMessage& message);
 
   std::unique_ptr<Impl> impl_;
 };

@@ -4,10 +4,8 @@
 // What every process shares: command line, configuration, bus, loop, STATUS, clean end. A main is
 //
 //   int main(int argc, char** argv) {
-//     return covey::run_process(argc, argv, {.name = "dpgo", .summary = "distributed graduated non-convexity
-//     over RBCD"},
-//                               [](covey::Process& process) { return
-//                               std::make_unique<covey::DpgoNode>(process); });
+//     return covey::run_process(argc, argv, {.name = "dpgo", .summary = "distributed pose-graph optimisation"},
+//                               [](covey::Process& process) { return std::make_unique<covey::DpgoNode>(process); });
 //   }
 //
 // and the node subscribes and sets timers in its constructor. procs/common/README.md shows a whole one.
@@ -34,8 +32,8 @@ struct ProcessOptions {
   std::string name;
   std::string summary;       // one line for --help
   bool serves_robot = true;  // --robot must be given; else it may be, and robot() is -1 without it
-  std::function<void(CLI::App&)> add_options =
-      {};  // options of its own; include <CLI/CLI.hpp> in that one file only
+  // Options of its own; include <CLI/CLI.hpp> in one file only.
+  std::function<void(CLI::App&)> add_options = {};
   // What must happen before the bus is opened, such as entering a network namespace. There is no bus() yet.
   std::function<void(Process&)> before_bus = {};
 };

@@ -40,7 +40,8 @@ class Replay(Folder, unittest.TestCase):
             file.write(b"".join(events))
 
     def replay(self, *arguments):
-        done = subprocess.run([os.path.join(BIN, "replay"), self.log, *arguments], capture_output=True, text=True, check=False)
+        done = subprocess.run([os.path.join(BIN, "replay"), self.log, *arguments], capture_output=True, text=True,
+                              check=False)
         return done.returncode, done.stdout, done.stderr
 
     def test_the_processes_in_the_log_run_twice_alike(self):
