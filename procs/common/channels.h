@@ -82,8 +82,8 @@ inline constexpr RadioChannel<dpgo_alignment_t> kDpgoAlignment{"DPGO_ALIGNMENT",
 inline constexpr RadioChannel<dpgo_update_t> kDpgoUpdate{"DPGO_UPDATE", radio::Module::kDpgo, true};
 
 // Every radio channel. radio_bridge lets nothing else cross.
-inline constexpr std::tuple kRadioChannels{kDpgoBeacon, kDpgoRound,     kDpgoRequest, kDpgoJoin, kDpgoKeys,
-                                           kDpgoStart,  kDpgoAlignment, kDpgoUpdate};
+inline constexpr std::tuple kRadioChannels{kDpgoBeacon, kDpgoRound, kDpgoRequest,   kDpgoJoin,
+                                           kDpgoKeys,   kDpgoStart, kDpgoAlignment, kDpgoUpdate};
 
 // The same without the types.
 const radio::TreatmentTable& radio_table();
