@@ -40,7 +40,7 @@ TEST_CASE("loss, delay and duplicates happen as configured, and repeat with the 
   REQUIRE(heard(1, 0) != heard(1, 2));
 }
 
-TEST_CASE("contacts open and close in both directions; none listed means that nobody hears anybody") {
+TEST_CASE("contacts open and close in both directions, none listed means that nobody hears anybody") {
   const LinkModelOptions options = read(
       "epoch_utime: 1000000\n"
       "contacts:\n"

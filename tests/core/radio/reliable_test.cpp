@@ -100,7 +100,7 @@ TEST_CASE(
   }));
 }
 
-TEST_CASE("robots that turn up while a message lingers get it; afterwards it is closed") {
+TEST_CASE("robots that turn up while a message lingers get it, afterwards it is closed") {
   Bench bench;
   bench.sender.submit(kModule, 0, kToEveryone, Bytes(100), bench.now);
   REQUIRE(bench.drain().size() == 1);
@@ -116,7 +116,7 @@ TEST_CASE("robots that turn up while a message lingers get it; afterwards it is 
   REQUIRE(bench.sender.open_messages() == 0);
 }
 
-TEST_CASE("nothing is repeated to a silent robot; it is given up when long gone, and that is counted") {
+TEST_CASE("nothing is repeated to a silent robot, it is given up when long gone, and that is counted") {
   Bench bench;
   bench.ack(1, 0, 0);
   bench.sender.on_heard(1, bench.now);
@@ -181,7 +181,7 @@ TEST_CASE("the newest ack is the truth, an older one changes nothing, a wrong on
   REQUIRE(bench.sender.on_ack(other, bench.now) == std::string("ack_stale"));
 }
 
-TEST_CASE("the higher priority and then the older goes first; what is too much is refused") {
+TEST_CASE("the higher priority and then the older goes first, what is too much is refused") {
   Bench bench;
   bench.sender.submit(kModule, 0, 1, Bytes(10), bench.now);
   bench.sender.submit(kModule, 5, 1, Bytes(10), bench.now);

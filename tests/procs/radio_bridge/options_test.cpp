@@ -19,7 +19,7 @@ RadioBridgeOptions read(Config config) {
   return options;
 }
 
-TEST_CASE("a radio's URL names group, port and ttl; a wrong one is refused in words") {
+TEST_CASE("a radio's URL names group, port and ttl, a wrong one is refused in words") {
   const RadioUrl url = parse_radio_url("udpm://239.1.2.3:7801?ttl=2");
   REQUIRE(url.group == "239.1.2.3");
   REQUIRE(url.port == 7801);
