@@ -20,12 +20,12 @@ struct RangeFactor {
 
   Vector<1> evaluate(const SE3& T_W_B, const Vector<3>& p_W, Eigen::Matrix<double, 1, 6>* J_pose,
                      Eigen::Matrix<double, 1, 3>* J_point) const {
-    const Eigen::Vector3d offset_W = p_W - T_W_B.translation;
-    const double distance_m = offset_W.norm();
+    const Eigen::Vector3d v_W = p_W - T_W_B.translation;
+    const double distance_m = v_W.norm();
     if (J_pose) {
-      const Eigen::RowVector3d direction_W = offset_W.transpose() / distance_m;
-      *J_pose << -direction_W * T_W_B.rotation.matrix(), Eigen::RowVector3d::Zero();
-      *J_point = direction_W;
+      const Eigen::RowVector3d n_W = v_W.transpose() / distance_m;
+      *J_pose << -n_W * T_W_B.rotation.matrix(), Eigen::RowVector3d::Zero();
+      *J_point = n_W;
     }
     return Vector<1>(distance_m - range_m);
   }
