@@ -69,6 +69,13 @@ std::unique_ptr<lcm::LCM> open_lcm(const std::string& url) {
   return bus;
 }
 
+// A log answers nobody: what was sent again when it was recorded follows within seconds, or is not in it.
+StreamReaderOptions reader_options(const std::string& url) {
+  StreamReaderOptions options;
+  if (is_log_url(url)) options.give_up_after = 8;  // about 7 s
+  return options;
+}
+
 }  // namespace
 
 struct Bus::Impl {
@@ -93,7 +100,8 @@ struct Bus::Impl {
       : options(bus_options),
         loop(event_loop),
         status(process_status),
-        streams(status, [this](auto& channel, auto& bytes) { publish(channel, bytes); }) {}
+        streams(reader_options(options.url), status,
+                [this](const std::string& channel, const Bytes& bytes) { publish(channel, bytes); }) {}
 
   Subscription& add(const std::string& pattern, Handler handler, QueueOptions queue, bool counts);
   static void on_lcm_message(const lcm::ReceiveBuffer* buffer, const std::string& channel,

@@ -11,7 +11,7 @@ namespace covey {
 
 BusStreams::Reader& BusStreams::add_reader(const std::string& channel, const StreamPositions& have,
                                            Deliver deliver) {
-  readers_.push_back({channel, StreamReader({}, have), std::move(deliver), {}});
+  readers_.push_back({channel, StreamReader(options_, have), std::move(deliver), {}});
   return readers_.back();
 }
 

@@ -28,7 +28,8 @@ class BusStreams {
     StreamReaderCounts reported;
   };
 
-  BusStreams(Status& status, Publish publish) : status_(status), publish_(std::move(publish)) {}
+  BusStreams(const StreamReaderOptions& options, Status& status, Publish publish)
+      : options_(options), status_(status), publish_(std::move(publish)) {}
 
   Reader& add_reader(const std::string& channel, const StreamPositions& have,
                      Deliver deliver);  // stays where it is
@@ -52,6 +53,7 @@ class BusStreams {
   void report(const std::string& channel, Writer& writer);
   void count_new(const std::string& name, std::int64_t total, std::int64_t& reported);
 
+  StreamReaderOptions options_;
   Status& status_;
   Publish publish_;
   std::deque<Reader> readers_;

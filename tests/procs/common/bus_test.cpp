@@ -217,6 +217,38 @@ TEST_CASE("The same log gives the same output twice, with faults too") {
   fs::remove(out);
 }
 
+TEST_CASE("A message of a stream that the log has not is jumped over after a few seconds, and counted") {
+  const std::string log = temporary("gap.lcm");
+  stream_head_t head{};
+  head.channel = kKeyframe.name;
+  head.stream = 7;
+  {
+    LogRecorder recorder(log);
+    for (int id = 0; id < 30; ++id) {
+      const Utime time = kUsPerSecond * id;
+      if (id != 4 && id != 5) recorder.write(time, kKeyframe.name, encode(keyframe(7, id)));
+      head.next = id + 1;
+      recorder.write(time + 1, kStreamHead.name, encode(head));
+    }
+  }
+  EventLoop loop;
+  Status status;
+  Bus bus({"file://" + log, {}, nullptr}, loop, status);
+  std::vector<std::int32_t> ids;
+  Utime jumped = 0;
+  bus.subscribe(kKeyframe, [&](const keyframe_t& message) {
+    ids.push_back(message.id);
+    if (message.id == 6) jumped = loop.now();
+  });
+  loop.run();
+  std::vector<std::int32_t> expected{0, 1, 2, 3};
+  for (int id = 6; id < 30; ++id) expected.push_back(id);
+  CHECK(ids == expected);
+  CHECK(status.counter("lost/KEYFRAME") == 2);
+  CHECK(jumped < 15 * kUsPerSecond);
+  fs::remove(log);
+}
+
 TEST_CASE("A log that is cut off is read as far as it goes") {
   const std::string log = temporary("cut.lcm");
   {
