@@ -287,7 +287,7 @@ bool DgncAgent::advance(Utime now) {
   collect(now);
   if (!round_->done()) return true;
   const RoundResult& result = round_->result();
-  solution_ = {result.name, result.solution, result.graph, 0.0, {}};
+  solution_ = {result.name, result.frame, result.graph, 0.0, {}};
   for (const SegmentResult& segment : result.segments) {
     if (segment.placed) solution_.segments[segment.segment] = segment.T_W_K;
   }

@@ -23,14 +23,6 @@ constexpr int kSameSolution =
 
 enum class Phase { kJoin, kKeys, kStart, kAlignment, kUpdate, kDone };
 
-std::int64_t solution_name(const RoundName& name, int anchor) {
-  Hash hash;
-  hash.add(static_cast<std::uint64_t>(name.number));
-  hash.add(static_cast<std::uint64_t>(name.anchor));
-  hash.add(static_cast<std::uint64_t>(anchor));
-  return static_cast<std::int64_t>(hash.value() | 1U);  // 0 means none
-}
-
 std::int64_t hash_of(const std::vector<GraphLoop>& loops) {
   Hash hash;
   for (const GraphLoop& loop : loops) hash.add(loop.key);
@@ -81,6 +73,14 @@ struct SharedEnd {  // of shared loop e, in the order of BlockSolver::shared()
 };
 
 }  // namespace
+
+std::int64_t frame_name(const RoundName& name, int anchor) {
+  Hash hash;
+  hash.add(static_cast<std::uint64_t>(name.number));
+  hash.add(static_cast<std::uint64_t>(name.anchor));
+  hash.add(static_cast<std::uint64_t>(anchor));
+  return static_cast<std::int64_t>(hash.value() | 1U);  // 0 means none
+}
 
 struct DgncRound::State {
   RoundName name;
@@ -731,8 +731,6 @@ struct DgncRound::State {
 
   // ---- Result ----
 
-  std::int64_t frame_name() const { return solution_name(name, part.front()); }
-
   // A lifted pose in W.
   SE3 rounded(const Lifted& pose) const {
     const Frame& frame = frames[root];
@@ -759,7 +757,7 @@ struct DgncRound::State {
     phase = Phase::kDone;
     result.name = name;
     result.anchor = part.front();
-    result.solution = frame_name();
+    result.frame = frame_name(name, part.front());
     result.robots = part;
     result.segments = poses_in_W();
     result.graph = graph.hash;
@@ -851,7 +849,7 @@ int DgncRound::number() const { return state_->number; }
 int DgncRound::updates() const { return state_->updates; }
 double DgncRound::mu() const { return state_->mu; }
 
-std::int64_t DgncRound::frame() const { return state_->frame_name(); }
+std::int64_t DgncRound::frame() const { return frame_name(state_->name, state_->part.front()); }
 
 std::vector<SegmentResult> DgncRound::current() const {
   return state_->solver ? state_->poses_in_W() : std::vector<SegmentResult>{};

@@ -61,6 +61,9 @@ struct RoundName {
   auto operator<=>(const RoundName&) const = default;
 };
 
+// Names the frame W of the part of the team whose anchor is given, as that round leaves it; never 0.
+std::int64_t frame_name(const RoundName& name, int anchor);
+
 // Where a segment's poses are when the round begins: in its odometry frame (solution 0), or as an earlier solution left them.
 struct SegmentStart {
   std::int64_t solution = 0;
@@ -82,7 +85,7 @@ struct SegmentResult {
 struct RoundResult {  // of this robot
   RoundName name;
   int anchor = 0;             // of this robot's part of the team: W is its O
-  std::int64_t solution = 0;  // name of W
+  std::int64_t frame = 0;    // name of W
   std::vector<int> robots;    // of that part
   std::vector<SegmentResult> segments;
   std::vector<LoopResult> loops;  // private and shared
