@@ -84,9 +84,9 @@ struct SegmentResult {
 
 struct RoundResult {  // of this robot
   RoundName name;
-  int anchor = 0;             // of this robot's part of the team: W is its O
-  std::int64_t frame = 0;    // name of W
-  std::vector<int> robots;    // of that part
+  int anchor = 0;           // of this robot's part of the team: W is its O
+  std::int64_t frame = 0;   // name of W
+  std::vector<int> robots;  // of that part
   std::vector<SegmentResult> segments;
   std::vector<LoopResult> loops;  // private and shared
   std::uint64_t graph = 0;        // hash of what was solved

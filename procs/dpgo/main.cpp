@@ -3,6 +3,7 @@
 
 int main(int argc, char** argv) {
   return covey::run_process(
-      argc, argv, {.name = "dpgo", .summary = "distributed graduated non-convexity over block-coordinate descent"},
+      argc, argv,
+      {.name = "dpgo", .summary = "distributed graduated non-convexity over block-coordinate descent"},
       [](covey::Process& process) { return std::make_shared<covey::DpgoNode>(process); });
 }

@@ -47,7 +47,10 @@ std::optional<pgo::Keyframe> keyframe_from(const keyframe_t& message) {
   const auto T_O_K = pose_from(message.q_O_K, message.t_O_K);
   const auto T_P_K = pose_from(message.q_P_K, message.t_P_K);
   if (!T_O_K || !T_P_K) return std::nullopt;
-  return pgo::Keyframe{{message.robot, message.segment, message.id}, message.utime, *T_O_K, *T_P_K,
+  return pgo::Keyframe{{message.robot, message.segment, message.id},
+                       message.utime,
+                       *T_O_K,
+                       *T_P_K,
                        covariance_from(message.covariance)};
 }
 
@@ -60,7 +63,8 @@ std::optional<pgo::Loop> loop_from(const loop_t& message) {
                    covariance_from(message.covariance)};
 }
 
-std::vector<trajectory_t> trajectory_messages(const pgo::RoundResult& result, const pgo::GraphSnapshot& graph, Utime now) {
+std::vector<trajectory_t> trajectory_messages(const pgo::RoundResult& result, const pgo::GraphSnapshot& graph,
+                                              Utime now) {
   const std::vector<PlacedPose> poses = placed_poses(result, graph);
   std::vector<trajectory_t> parts(parts_of(poses.size()));
   for (std::size_t part = 0; part < parts.size(); ++part) {

@@ -21,7 +21,8 @@ std::optional<pgo::Keyframe> keyframe_from(const keyframe_t& message);
 std::optional<pgo::Loop> loop_from(const loop_t& message);
 
 // In parts of at most 400. Segments without a place in W are left out.
-std::vector<trajectory_t> trajectory_messages(const pgo::RoundResult& result, const pgo::GraphSnapshot& graph, Utime now);
+std::vector<trajectory_t> trajectory_messages(const pgo::RoundResult& result, const pgo::GraphSnapshot& graph,
+                                              Utime now);
 std::vector<loop_weights_t> loop_weights_messages(const pgo::RoundResult& result, int robot, Utime now);
 
 // The same for a file, ascending in time.

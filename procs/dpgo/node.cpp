@@ -47,7 +47,8 @@ DpgoNode::DpgoNode(Process& process)
   if (!process.state_dir().empty()) restore();
   Bus& bus = process.bus();
   bus.subscribe(
-      kKeyframe, [this](const keyframe_t& message) { on_keyframe(message); }, log_ ? log_->keyframes() : StreamPositions{});
+      kKeyframe, [this](const keyframe_t& message) { on_keyframe(message); },
+      log_ ? log_->keyframes() : StreamPositions{});
   bus.subscribe(
       kLoop, [this](const loop_t& message) { on_loop(message); }, log_ ? log_->loops() : StreamPositions{});
   listen(kDpgoBeacon);
@@ -123,16 +124,20 @@ void DpgoNode::publish_outgoing() {
     void operator()(const dpgo_alignment_t& m) { bus.publish(kDpgoAlignment, m); }
     void operator()(const dpgo_update_t& m) { bus.publish(kDpgoUpdate, m); }
   };
-  for (const pgo::AgentMessage& message : agent_.take_outgoing()) std::visit(Publish{process_.bus()}, message);
+  for (const pgo::AgentMessage& message : agent_.take_outgoing())
+    std::visit(Publish{process_.bus()}, message);
 }
 
 void DpgoNode::take_result(const pgo::RoundResult& result) {
   const Utime now = process_.now();
   spdlog::info("round {} of robots {}: {} of {} loops kept, {} updates in {} stages", result.name.number,
-               fmt::join(result.robots, " "), result.loops_kept, result.loops_used, result.updates, result.stages);
+               fmt::join(result.robots, " "), result.loops_kept, result.loops_used, result.updates,
+               result.stages);
   for (const std::string& warning : result.warnings) spdlog::warn("{}", warning);
-  SavedRound round{agent_.solution(), trajectory_messages(result, agent_.graph(), now),
-                   loop_weights_messages(result, agent_.robot(), now), {}};
+  SavedRound round{agent_.solution(),
+                   trajectory_messages(result, agent_.graph(), now),
+                   loop_weights_messages(result, agent_.robot(), now),
+                   {}};
   round.gauges = {{"solved_keyframes", result.keyframes},
                   {"solved_loops", result.loops_used},
                   {"kept_loops", result.loops_kept},
@@ -162,8 +167,8 @@ void DpgoNode::restore() {
   if (const auto round = log_->load_round()) {
     agent_.restore(round->solution);
     publish(*round);
-    spdlog::info("read back {} keyframes, {} loops and round {}", agent_.graph().poses(), agent_.graph().loops(),
-                 round->solution.round.number);
+    spdlog::info("read back {} keyframes, {} loops and round {}", agent_.graph().poses(),
+                 agent_.graph().loops(), round->solution.round.number);
   }
 }
 

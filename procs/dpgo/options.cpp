@@ -6,7 +6,8 @@
 namespace covey {
 namespace {
 
-void read_seconds(ConfigSection& section, const std::string& key, Utime& value, double lowest, double highest) {
+void read_seconds(ConfigSection& section, const std::string& key, Utime& value, double lowest,
+                  double highest) {
   double seconds = to_seconds(value);
   section.read(key, seconds, lowest, highest);
   value = from_seconds(seconds);
