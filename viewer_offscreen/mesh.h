@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+// A triangle mesh as it is drawn and as it stands in a PLY file: shared vertices, optionally with a colour and a
+// semantic label each. Corners run counter-clockwise seen from the free side, the side a camera can be on.
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "viewer_offscreen/colour.h"
+
+namespace covey::viewer {
+
+// "No label", in meshes and in rendered label images.
+constexpr std::uint16_t kNoLabel = 0xFFFF;
+
+struct Mesh {
+  std::vector<Eigen::Vector3f> vertices;           // metres
+  std::vector<Rgb> colours;                        // one per vertex, or empty
+  std::vector<std::uint16_t> labels;               // one per vertex, or empty
+  std::vector<std::array<std::uint32_t, 3>> faces; // indices of vertices
+};
+
+// Unit normals per vertex, each face weighing by its area; zero where a vertex has no face.
+std::vector<Eigen::Vector3f> vertex_normals(const Mesh& mesh);
+
+}  // namespace covey::viewer
