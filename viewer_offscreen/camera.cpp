@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "viewer_offscreen/camera.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -25,11 +26,9 @@ struct Range {
 // Keeps what is a point or a line from being magnified without end.
 constexpr double kSmallestExtent_m = 0.1;
 
-Eigen::Isometry3d look(const Eigen::Matrix3d& R_C_W, const Eigen::Vector3d& p_C) {
-  Eigen::Isometry3d T_C_W = Eigen::Isometry3d::Identity();
-  T_C_W.linear() = R_C_W;
-  T_C_W.translation() = -p_C;
-  return T_C_W;
+// centre_C: the camera's place in axes that are parallel to C and meet in W's origin.
+SE3 look(const Eigen::Matrix3d& R_C_W, const Eigen::Vector3d& centre_C) {
+  return {SO3::from_matrix(R_C_W), -centre_C};
 }
 
 }  // namespace
@@ -96,8 +95,8 @@ Camera oblique_camera(std::span<const Eigen::Vector3d> points_W, const Frame& fr
   constexpr double kRadPerDeg = std::numbers::pi / 180.0;
   const double azimuth = options.azimuth_deg * kRadPerDeg;
   const double elevation = options.elevation_deg * kRadPerDeg;
-  const Eigen::Vector3d forward = -Eigen::Vector3d(std::cos(elevation) * std::cos(azimuth),
-                                                   std::cos(elevation) * std::sin(azimuth), std::sin(elevation));
+  const Eigen::Vector3d forward = -Eigen::Vector3d(
+      std::cos(elevation) * std::cos(azimuth), std::cos(elevation) * std::sin(azimuth), std::sin(elevation));
   const Eigen::Vector3d right = Eigen::Vector3d(-std::sin(azimuth), std::cos(azimuth), 0.0);
   Eigen::Matrix3d R_C_W;
   R_C_W << right.transpose(), forward.cross(right).transpose(), forward.transpose();
@@ -109,9 +108,11 @@ Camera oblique_camera(std::span<const Eigen::Vector3d> points_W, const Frame& fr
   camera.cx = 0.5 * (size.width - 1);
   camera.cy = 0.5 * (size.height - 1);
 
-  // A camera at (X, Y, -d) in these axes sees (x, y, z) at slope (x - X) / (z + d), which must lie in [low, high]:
+  // A camera at (X, Y, -d) in these axes sees (x, y, z) at slope (x - X) / (z + d), which must lie in [low,
+  // high]:
   //   X + high d >= x - high z  and  X + low d <= x - low z  for all points,
-  // so d >= (max(x - high z) - min(x - low z)) / (high - low); the same for y. The larger d of the two holds for both.
+  // so d >= (max(x - high z) - min(x - low z)) / (high - low); the same for y. The larger d of the two holds
+  // for both.
   struct Side {
     double low;
     double high;

@@ -1,21 +1,24 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-// A camera maps a point to a pixel and a depth. Camera frame C: x right, y down, z forward (the optical axis).
-// Pixels: (0, 0) is the centre of the top left pixel, so a picture of width w spans u in [-0.5, w - 0.5].
+// A camera maps a point to a pixel and a depth. Camera frame C: x right, y down, z forward (the optical
+// axis). Pixels: (0, 0) is the centre of the top left pixel, so a picture of width w spans u in [-0.5, w -
+// 0.5].
 //   pinhole       u = fx x / z + cx,  v = fy y / z + cy
 //   orthographic  u = s x + cx,       v = s y + cy          s in pixels per metre
 // depth is z_C in metres for both. The frame of the drawn geometry is called W.
 
-#include <Eigen/Geometry>
+#include <Eigen/Core>
 #include <span>
+
+#include "core/geometry/se3.h"
 
 namespace covey::viewer {
 
 struct Camera {
   enum class Kind { kPinhole, kOrthographic };
   Kind kind = Kind::kPinhole;
-  Eigen::Isometry3d T_C_W = Eigen::Isometry3d::Identity();
+  SE3 T_C_W;
   double fx = 1.0;  // pixels, or pixels per metre
   double fy = 1.0;
   double cx = 0.0;
@@ -27,8 +30,8 @@ struct Camera {
 
   // (u, v, depth); z > 0 is needed for a pinhole.
   Eigen::Vector3d project(const Eigen::Vector3d& p_W) const;
-  // OpenGL's clip coordinates of a point in W, with clip y growing downwards: the first row of the framebuffer is then
-  // the picture's top row, and no picture has to be turned over.
+  // OpenGL's clip coordinates of a point in W, with clip y growing downwards: the first row of the
+  // framebuffer is then the picture's top row, and no picture has to be turned over.
   Eigen::Matrix4d clip_from_world() const;
 };
 
@@ -58,7 +61,7 @@ struct ObliqueOptions {
 Camera oblique_camera(std::span<const Eigen::Vector3d> points_W, const Frame& frame, PictureSize size,
                       const ObliqueOptions& options = {});
 
-// Millimetres, metres or degrees do not matter here: one unit is one pixel, y down, depth 1. For legends and text.
+// For legends and text: one unit of x and y is one pixel, y down; z is 1.
 Camera pixel_camera(PictureSize size);
 
 }  // namespace covey::viewer

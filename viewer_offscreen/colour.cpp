@@ -12,20 +12,25 @@ namespace covey::viewer {
 namespace {
 
 constexpr std::array<Rgb, kPaletteSize> kPalette = {{
-    {0, 114, 178},   // blue
-    {213, 94, 0},    // vermilion
-    {0, 158, 115},   // bluish green
-    {204, 121, 167}, // reddish purple
-    {230, 159, 0},   // orange
-    {86, 180, 233},  // sky blue
-    {136, 34, 85},   // wine
-    {140, 140, 35},  // olive
-    {51, 34, 136},   // indigo
-    {60, 60, 60},    // near black
+    {0, 114, 178},    // blue
+    {213, 94, 0},     // vermilion
+    {0, 158, 115},    // bluish green
+    {204, 121, 167},  // reddish purple
+    {230, 159, 0},    // orange
+    {86, 180, 233},   // sky blue
+    {136, 34, 85},    // wine
+    {140, 140, 35},   // olive
+    {51, 34, 136},    // indigo
+    {60, 60, 60},     // near black
 }};
 
 constexpr std::array<Rgb, 6> kHeights = {{
-    {52, 28, 98}, {50, 84, 140}, {33, 132, 141}, {61, 178, 112}, {155, 214, 60}, {246, 228, 78},
+    {52, 28, 98},
+    {50, 84, 140},
+    {33, 132, 141},
+    {61, 178, 112},
+    {155, 214, 60},
+    {246, 228, 78},
 }};
 
 }  // namespace

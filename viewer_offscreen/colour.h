@@ -2,9 +2,9 @@
 #pragma once
 
 // Colours that a colour-blind colleague can tell apart, and that stay apart on a projector.
-// Robots and labels: the eight of Okabe and Ito ("Color Universal Design", 2008) without their yellow, which is lost on
-// white paper, and with four darker ones between them. Heights: blue over green to yellow, even in lightness, so that
-// higher is lighter in a grey print too.
+// Robots and labels: the eight of Okabe and Ito ("Color Universal Design", 2008) without their yellow, which
+// is lost on white paper, and with four darker ones between them. Heights: blue over green to yellow, even in
+// lightness, so that higher is lighter in a grey print too.
 
 #include <cstdint>
 #include <string>

@@ -23,20 +23,22 @@ namespace {
 
 EglContext::EglContext() {
   setenv("LIBGL_ALWAYS_SOFTWARE", "1", /*overwrite=*/0);
-  // The display is shared by all contexts of the process and stays initialised: to terminate it would take the others
-  // with it.
+  // The display is shared by all contexts of the process and stays initialised: to terminate it would take
+  // the others with it.
   display_ = eglGetPlatformDisplay(EGL_PLATFORM_SURFACELESS_MESA, nullptr, nullptr);
   if (display_ == EGL_NO_DISPLAY) fail("eglGetPlatformDisplay");
   if (eglInitialize(display_, nullptr, nullptr) == EGL_FALSE) fail("eglInitialize");
   if (eglBindAPI(EGL_OPENGL_ES_API) == EGL_FALSE) fail("eglBindAPI");
-  constexpr std::array<EGLint, 5> kVersion = {EGL_CONTEXT_MAJOR_VERSION, 3, EGL_CONTEXT_MINOR_VERSION, 2, EGL_NONE};
+  constexpr std::array<EGLint, 5> kVersion = {EGL_CONTEXT_MAJOR_VERSION, 3, EGL_CONTEXT_MINOR_VERSION, 2,
+                                              EGL_NONE};
   context_ = eglCreateContext(display_, EGL_NO_CONFIG_KHR, EGL_NO_CONTEXT, kVersion.data());
   if (context_ == EGL_NO_CONTEXT) fail("eglCreateContext (OpenGL ES 3.2)");
   make_current();
 }
 
 EglContext::~EglContext() {
-  if (eglGetCurrentContext() == context_) eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
+  if (eglGetCurrentContext() == context_)
+    eglMakeCurrent(display_, EGL_NO_SURFACE, EGL_NO_SURFACE, EGL_NO_CONTEXT);
   eglDestroyContext(display_, context_);
 }
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-// OpenGL ES 3.2 without a screen: EGL on Mesa's surfaceless platform. There is no window and no default framebuffer; all
-// drawing goes to framebuffer objects. Mesa's software rasteriser (llvmpipe) is asked for, so that a picture is the same
-// on every machine and needs no GPU; LIBGL_ALWAYS_SOFTWARE=0 in the environment lets a GPU do it.
-// One context belongs to one thread at a time.
+// OpenGL ES 3.2 without a screen: EGL on Mesa's surfaceless platform. There is no window and no default
+// framebuffer; all drawing goes to framebuffer objects. Mesa's software rasteriser (llvmpipe) is asked for,
+// so that a picture is the same on every machine and needs no GPU; LIBGL_ALWAYS_SOFTWARE=0 in the environment
+// lets a GPU do it. One context belongs to one thread at a time.
 
 #include <stdexcept>
 #include <string>

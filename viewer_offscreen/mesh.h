@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-// A triangle mesh as it is drawn and as it stands in a PLY file: shared vertices, optionally with a colour and a
-// semantic label each. Corners run counter-clockwise seen from the free side, the side a camera can be on.
+// A triangle mesh as it is drawn and as it stands in a PLY file: shared vertices, optionally with a colour
+// and a semantic label each. Corners run counter-clockwise seen from the free side, the side a camera can be
+// on.
 
 #include <Eigen/Core>
 #include <array>
@@ -17,10 +18,10 @@ namespace covey::viewer {
 constexpr std::uint16_t kNoLabel = 0xFFFF;
 
 struct Mesh {
-  std::vector<Eigen::Vector3f> vertices;           // metres
-  std::vector<Rgb> colours;                        // one per vertex, or empty
-  std::vector<std::uint16_t> labels;               // one per vertex, or empty
-  std::vector<std::array<std::uint32_t, 3>> faces; // indices of vertices
+  std::vector<Eigen::Vector3f> vertices;            // metres
+  std::vector<Rgb> colours;                         // one per vertex, or empty
+  std::vector<std::uint16_t> labels;                // one per vertex, or empty
+  std::vector<std::array<std::uint32_t, 3>> faces;  // indices of vertices
 };
 
 // Unit normals per vertex, each face weighing by its area; zero where a vertex has no face.

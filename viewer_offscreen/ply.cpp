@@ -61,7 +61,8 @@ class Cursor {
 
   template <typename... Args>
   [[noreturn]] void fail(fmt::format_string<Args...> format, Args&&... args) const {
-    const std::string place = in_lines_ ? fmt::format("{}:{}", name_, line_) : fmt::format("{}: byte {}", name_, at_);
+    const std::string place =
+        in_lines_ ? fmt::format("{}:{}", name_, line_) : fmt::format("{}: byte {}", name_, at_);
     throw_input_error("{}: {}", place, fmt::format(format, std::forward<Args>(args)...));
   }
 
@@ -122,14 +123,22 @@ class Values {
  private:
   double next_binary(Type type) {
     switch (type) {
-      case Type::kInt8: return cursor_.next_binary<std::int8_t>();
-      case Type::kUint8: return cursor_.next_binary<std::uint8_t>();
-      case Type::kInt16: return cursor_.next_binary<std::int16_t>();
-      case Type::kUint16: return cursor_.next_binary<std::uint16_t>();
-      case Type::kInt32: return cursor_.next_binary<std::int32_t>();
-      case Type::kUint32: return cursor_.next_binary<std::uint32_t>();
-      case Type::kFloat: return cursor_.next_binary<float>();
-      case Type::kDouble: return cursor_.next_binary<double>();
+      case Type::kInt8:
+        return cursor_.next_binary<std::int8_t>();
+      case Type::kUint8:
+        return cursor_.next_binary<std::uint8_t>();
+      case Type::kInt16:
+        return cursor_.next_binary<std::int16_t>();
+      case Type::kUint16:
+        return cursor_.next_binary<std::uint16_t>();
+      case Type::kInt32:
+        return cursor_.next_binary<std::int32_t>();
+      case Type::kUint32:
+        return cursor_.next_binary<std::uint32_t>();
+      case Type::kFloat:
+        return cursor_.next_binary<float>();
+      case Type::kDouble:
+        return cursor_.next_binary<double>();
     }
     return 0.0;
   }
@@ -205,7 +214,8 @@ Header read_header(Cursor& cursor) {
 // A file cannot have more elements than bytes: a forged count must not take all memory.
 std::size_t plausible(const Cursor& cursor, const Element& element) {
   if (element.count > cursor.rest().size()) {
-    cursor.fail("{} elements '{}' cannot stand in {} bytes", element.count, element.name, cursor.rest().size());
+    cursor.fail("{} elements '{}' cannot stand in {} bytes", element.count, element.name,
+                cursor.rest().size());
   }
   return element.count;
 }
@@ -215,7 +225,8 @@ void read_over(Values& values, const Property& property) {
   for (double i = 0.0; i < count; ++i) values.next(property, property.type);
 }
 
-double read_integer(const Cursor& cursor, Values& values, const Property& property, Type type, double highest) {
+double read_integer(const Cursor& cursor, Values& values, const Property& property, Type type,
+                    double highest) {
   const double value = values.next(property, type);
   if (!(value >= 0.0 && value <= highest) || value != std::floor(value)) {
     cursor.fail("property '{}': {} is not an integer in [0, {}]", property.name, value, highest);
@@ -238,7 +249,8 @@ std::vector<Role> vertex_roles(const Cursor& cursor, const Element& element) {
     roles.push_back(static_cast<Role>(role));
   }
   if (!present[0] || !present[1] || !present[2]) cursor.fail("element 'vertex' lacks x, y or z");
-  if (present[3] != present[4] || present[4] != present[5]) cursor.fail("of red, green and blue one is missing");
+  if (present[3] != present[4] || present[4] != present[5])
+    cursor.fail("of red, green and blue one is missing");
   return roles;
 }
 
@@ -260,17 +272,31 @@ void read_vertices(Cursor& cursor, Values& values, const Element& element, Mesh&
         return static_cast<std::uint8_t>(read_integer(cursor, values, property, property.type, 255));
       };
       switch (roles[j]) {
-        case Role::kX: mesh.vertices[i].x() = static_cast<float>(values.next(property, property.type)); break;
-        case Role::kY: mesh.vertices[i].y() = static_cast<float>(values.next(property, property.type)); break;
-        case Role::kZ: mesh.vertices[i].z() = static_cast<float>(values.next(property, property.type)); break;
-        case Role::kRed: mesh.colours[i].r = byte(); break;
-        case Role::kGreen: mesh.colours[i].g = byte(); break;
-        case Role::kBlue: mesh.colours[i].b = byte(); break;
+        case Role::kX:
+          mesh.vertices[i].x() = static_cast<float>(values.next(property, property.type));
+          break;
+        case Role::kY:
+          mesh.vertices[i].y() = static_cast<float>(values.next(property, property.type));
+          break;
+        case Role::kZ:
+          mesh.vertices[i].z() = static_cast<float>(values.next(property, property.type));
+          break;
+        case Role::kRed:
+          mesh.colours[i].r = byte();
+          break;
+        case Role::kGreen:
+          mesh.colours[i].g = byte();
+          break;
+        case Role::kBlue:
+          mesh.colours[i].b = byte();
+          break;
         case Role::kLabel:
           mesh.labels[i] =
               static_cast<std::uint16_t>(read_integer(cursor, values, property, property.type, kNoLabel));
           break;
-        case Role::kOther: read_over(values, property); break;
+        case Role::kOther:
+          read_over(values, property);
+          break;
       }
     }
     if (!mesh.vertices[i].allFinite()) cursor.fail("vertex {} is not finite", i);
@@ -279,7 +305,8 @@ void read_vertices(Cursor& cursor, Values& values, const Element& element, Mesh&
 }
 
 void read_polygon(const Cursor& cursor, Values& values, const Property& property, Mesh& mesh) {
-  const auto count = static_cast<std::size_t>(read_integer(cursor, values, property, *property.count_type, 1e9));
+  const auto count =
+      static_cast<std::size_t>(read_integer(cursor, values, property, *property.count_type, 1e9));
   if (count < 3) cursor.fail("a face of {} corners", count);
   const double highest = static_cast<double>(mesh.vertices.size()) - 1.0;
   const auto corner = [&] {
@@ -320,20 +347,24 @@ void append_binary(std::string& out, T value) {
 }
 
 std::string format_header(const Mesh& mesh, PlyFormat format) {
-  std::string out = fmt::format("ply\nformat {} 1.0\nelement vertex {}\n",
-                                format == PlyFormat::kAscii ? "ascii" : "binary_little_endian", mesh.vertices.size());
+  std::string out =
+      fmt::format("ply\nformat {} 1.0\nelement vertex {}\n",
+                  format == PlyFormat::kAscii ? "ascii" : "binary_little_endian", mesh.vertices.size());
   out += "property float x\nproperty float y\nproperty float z\n";
   if (!mesh.colours.empty()) out += "property uchar red\nproperty uchar green\nproperty uchar blue\n";
   if (!mesh.labels.empty()) out += "property ushort label\n";
-  out += fmt::format("element face {}\nproperty list uchar int vertex_indices\nend_header\n", mesh.faces.size());
+  out +=
+      fmt::format("element face {}\nproperty list uchar int vertex_indices\nend_header\n", mesh.faces.size());
   return out;
 }
 
 void append_ascii_body(const Mesh& mesh, std::string& out) {
   for (std::size_t i = 0; i < mesh.vertices.size(); ++i) {
     const Eigen::Vector3f& p = mesh.vertices[i];
-    out += fmt::format("{} {} {}", p.x(), p.y(), p.z());  // the shortest text that reads back as the same float
-    if (!mesh.colours.empty()) out += fmt::format(" {} {} {}", mesh.colours[i].r, mesh.colours[i].g, mesh.colours[i].b);
+    out +=
+        fmt::format("{} {} {}", p.x(), p.y(), p.z());  // the shortest text that reads back as the same float
+    if (!mesh.colours.empty())
+      out += fmt::format(" {} {} {}", mesh.colours[i].r, mesh.colours[i].g, mesh.colours[i].b);
     if (!mesh.labels.empty()) out += fmt::format(" {}", mesh.labels[i]);
     out += '\n';
   }

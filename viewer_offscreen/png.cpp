@@ -31,7 +31,8 @@ void write_png(const std::filesystem::path& file, const Image& image) {
   out.close();
   std::error_code error;
   if (out) std::filesystem::rename(part, file, error);
-  if (!out || error) throw_input_error("{}: cannot be written; is its folder there and writable?", file.string());
+  if (!out || error)
+    throw_input_error("{}: cannot be written; is its folder there and writable?", file.string());
 }
 
 }  // namespace covey::viewer

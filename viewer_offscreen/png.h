@@ -13,7 +13,8 @@ namespace covey::viewer {
 
 std::vector<std::uint8_t> encode_png(const Image& image);
 
-// Replaces the file in one step: a reader sees the old picture or the new one. InputError where it cannot be written.
+// Replaces the file in one step: a reader sees the old picture or the new one. InputError where it cannot be
+// written.
 void write_png(const std::filesystem::path& file, const Image& image);
 
 }  // namespace covey::viewer

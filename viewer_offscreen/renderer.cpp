@@ -67,8 +67,9 @@ void main() {
 }
 )";
 
-// A stroke is a capsule around the screen image of the segment a-b (a disc or square where a = b), drawn as one quad.
-// It is flattened to w = 1 here, so that the distances in pixels are interpolated linearly on the screen.
+// A stroke is a capsule around the screen image of the segment a-b (a disc or square where a = b), drawn as
+// one quad. It is flattened to w = 1 here, so that the distances in pixels are interpolated linearly on the
+// screen.
 constexpr const char* kStrokeVertex = R"(#version 320 es
 layout(location = 0) in vec3 a_W;
 layout(location = 1) in vec3 b_W;
@@ -232,7 +233,8 @@ const Renderer::Framebuffer& Renderer::framebuffer(Content content, int width, i
     constexpr std::array<GLenum, 2> kTargets = {GL_COLOR_ATTACHMENT0, GL_COLOR_ATTACHMENT1};
     glDrawBuffers(kTargets.size(), kTargets.data());
   }
-  made.buffers.push_back(attach_renderbuffer(GL_DEPTH_ATTACHMENT, GL_DEPTH_COMPONENT24, width, height, samples));
+  made.buffers.push_back(
+      attach_renderbuffer(GL_DEPTH_ATTACHMENT, GL_DEPTH_COMPONENT24, width, height, samples));
   COVEY_CHECK(glCheckFramebufferStatus(GL_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE);
   return framebuffers_.emplace(key, std::move(made)).first->second;
 }
@@ -258,13 +260,15 @@ void Renderer::draw_colour(const Scene& scene, const Camera& camera, const Rende
   set_clip(stroke_program_, camera);
   glUniform1f(glGetUniformLocation(stroke_program_, "least_coverage"), options.samples > 1 ? 0.1F : 0.5F);
   const auto scale = static_cast<float>(options.supersample);
-  glUniform2f(glGetUniformLocation(stroke_program_, "half_size"), 0.5F * scale * static_cast<float>(camera.width),
+  glUniform2f(glGetUniformLocation(stroke_program_, "half_size"),
+              0.5F * scale * static_cast<float>(camera.width),
               0.5F * scale * static_cast<float>(camera.height));
   for (const Scene::StrokeItem& item : scene.strokes_) {
     const float half_width = 0.5F * scale * item.width_px;
     glUniform1f(glGetUniformLocation(stroke_program_, "half_width"), half_width);
     glUniform1f(glGetUniformLocation(stroke_program_, "reach"), half_width + 1.0F);
-    glUniform1f(glGetUniformLocation(stroke_program_, "nearness"), static_cast<float>(kLayerStep * item.layer));
+    glUniform1f(glGetUniformLocation(stroke_program_, "nearness"),
+                static_cast<float>(kLayerStep * item.layer));
     glUniform1i(glGetUniformLocation(stroke_program_, "shape"), item.shape);
     glBindVertexArray(item.vertex_array);
     glDrawArraysInstanced(GL_TRIANGLE_STRIP, 0, 4, item.instances);
@@ -283,7 +287,8 @@ Image Renderer::read_image(int width, int height, const RenderOptions& options) 
     glBindFramebuffer(GL_DRAW_FRAMEBUFFER, to);
     glBlitFramebuffer(0, 0, full_width, full_height, 0, 0, to_width, to_height, GL_COLOR_BUFFER_BIT, filter);
   };
-  // The samples are averaged first, then each square of 2 x 2 pixels: a linear blit to half the size is their mean.
+  // The samples are averaged first, then each square of 2 x 2 pixels: a linear blit to half the size is their
+  // mean.
   if (options.samples > 1) blit(options.samples, full_width, full_height, GL_NEAREST);
   if (options.supersample > 1) blit(1, width, height, GL_LINEAR);
   glBindFramebuffer(GL_READ_FRAMEBUFFER, framebuffer(Content::kColour, width, height, 1).name);
@@ -333,7 +338,8 @@ void Renderer::measure(const Scene& scene, const Camera& camera, const RenderOpt
     rendering.labels.resize(pixels);
     glPixelStorei(GL_PACK_ALIGNMENT, 1);
     glReadBuffer(GL_COLOR_ATTACHMENT1);
-    glReadPixels(0, 0, camera.width, camera.height, GL_RED_INTEGER, GL_UNSIGNED_SHORT, rendering.labels.data());
+    glReadPixels(0, 0, camera.width, camera.height, GL_RED_INTEGER, GL_UNSIGNED_SHORT,
+                 rendering.labels.data());
   }
   COVEY_CHECK(glGetError() == GL_NO_ERROR);
 }

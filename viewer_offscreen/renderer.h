@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-// Draws scenes into memory: colour with anti-aliasing and, for simulated sensors, the exact depth and the label of what
-// each pixel's centre sees. Programs and framebuffers are made once; what varies between two frames is a camera.
+// Draws scenes into memory: colour with anti-aliasing and, for simulated sensors, the exact depth and the
+// label of what each pixel's centre sees. Programs and framebuffers are made once; what varies between two
+// frames is a camera.
 //
 //   Renderer renderer;
 //   Scene scene(renderer.context());
@@ -30,8 +31,9 @@ struct RenderOptions {
   bool depth = false;
   bool labels = false;
   Rgb background = {255, 255, 255};
-  int samples = 4;      // per pixel: 1 or 4; meshes' and lines' edges are as smooth as this
-  int supersample = 1;  // 1 or 2: 2 draws at twice the size and averages; for figures. Widths in pixels stay what they are
+  int samples = 4;  // per pixel: 1 or 4; meshes' and lines' edges are as smooth as this
+  int supersample =
+      1;  // 1 or 2: 2 draws at twice the size and averages; for figures. Widths in pixels stay what they are
 };
 
 struct Rendering {

@@ -47,7 +47,8 @@ unsigned begin_vertex_array() {
 
 std::vector<MeshVertex> pack(const Mesh& mesh, const MeshStyle& style) {
   const std::vector<Eigen::Vector3f> normals =
-      style.shade > 0.0 ? vertex_normals(mesh) : std::vector<Eigen::Vector3f>(mesh.vertices.size(), {0, 0, 0});
+      style.shade > 0.0 ? vertex_normals(mesh)
+                        : std::vector<Eigen::Vector3f>(mesh.vertices.size(), {0, 0, 0});
   std::vector<MeshVertex> vertices(mesh.vertices.size());
   for (std::size_t i = 0; i < vertices.size(); ++i) {
     const Eigen::Vector3f& p = mesh.vertices[i];
@@ -80,7 +81,8 @@ unsigned stroke_array(unsigned buffer, std::size_t step, std::size_t ahead) {
   const auto stride = static_cast<GLsizei>(step * sizeof(StrokeVertex));
   for (unsigned end = 0; end < 2; ++end) {
     const std::size_t base = end * ahead * sizeof(StrokeVertex);
-    glVertexAttribPointer(end, 3, GL_FLOAT, GL_FALSE, stride, offset(base + offsetof(StrokeVertex, position)));
+    glVertexAttribPointer(end, 3, GL_FLOAT, GL_FALSE, stride,
+                          offset(base + offsetof(StrokeVertex, position)));
     glVertexAttribPointer(2 + end, 4, GL_UNSIGNED_BYTE, GL_TRUE, stride,
                           offset(base + offsetof(StrokeVertex, colour)));
   }

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-// What is drawn: meshes, lines and points in one frame W, uploaded to the graphics library once and drawn as often as
-// one likes. A scene belongs to the context of the Renderer that it was made for, and keeps that context alive.
+// What is drawn: meshes, lines and points in one frame W, uploaded to the graphics library once and drawn as
+// often as one likes. A scene belongs to the context of the Renderer that it was made for, and keeps that
+// context alive.
 //
-// Lines and points have a width in pixels and a layer: what lies in one plane (a pose graph, its loops, the grid) shows
-// in the order of its layers, higher ones on top, while real differences of depth still decide. One layer is worth
-// 1/1000 of the camera's depth range.
+// Lines and points have a width in pixels and a layer: what lies in one plane (a pose graph, its loops, the
+// grid) shows in the order of its layers, higher ones on top, while real differences of depth still decide.
+// One layer is worth 1/1000 of the camera's depth range.
 
 #include <cstdint>
 #include <memory>
@@ -19,8 +20,8 @@
 namespace covey::viewer {
 
 struct MeshStyle {
-  double shade = 0.0;       // 0: the colours as they are; 1: fully by the angle to a light from above
-  bool two_sided = true;    // false: faces seen from behind are left out, so that one looks into a room
+  double shade = 0.0;            // 0: the colours as they are; 1: fully by the angle to a light from above
+  bool two_sided = true;         // false: faces seen from behind are left out, so that one looks into a room
   Rgb colour = {200, 200, 200};  // of a mesh that has no colours
 };
 

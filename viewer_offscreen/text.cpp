@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "viewer_offscreen/text.h"
 
+#include <Eigen/Core>
 #include <array>
 #include <charconv>
+#include <utility>
+#include <vector>
 
 #include "core/base/error.h"
 
@@ -27,7 +30,8 @@ constexpr std::array kGlyphs = {
     Glyph{'!', 1, "L 0.5 14 0.5 4.5 L 0.5 0.2 0.5 0"},
     Glyph{'"', 4, "L 0.5 14 0.5 10 L 3.5 14 3.5 10"},
     Glyph{'#', 9, "L 3 14 1.5 0 L 7.5 14 6 0 L 0 9.5 9 9.5 L 0 4.5 9 4.5"},
-    Glyph{'$', 9, "S 8.5 11 8 13 0.5 13.5 0.5 10 0.5 6.5 8.5 7.5 8.5 3.8 8.5 0.5 1 0.5 0.5 3 L 4.5 15.5 4.5 -1.5"},
+    Glyph{'$', 9,
+          "S 8.5 11 8 13 0.5 13.5 0.5 10 0.5 6.5 8.5 7.5 8.5 3.8 8.5 0.5 1 0.5 0.5 3 L 4.5 15.5 4.5 -1.5"},
     Glyph{'%', 12, "O 0 7.5 0 14 5 14 5 7.5 O 7 0 7 6.5 12 6.5 12 0 L 10.5 14 1.5 0"},
     Glyph{'&', 11, "S 11 0 2 8 2 14 7.5 14 7.5 9 0 7 0 -0.5 7.5 -0.5 10 3 10.5 6"},
     Glyph{'\'', 1, "L 0.5 14 0.5 10"},
@@ -42,7 +46,9 @@ constexpr std::array kGlyphs = {
     Glyph{'0', 9, "O 0 -0.3 0 14.3 9 14.3 9 -0.3"},
     Glyph{'1', 6, "L 0.5 11 4 14 4 0"},
     Glyph{'2', 9, "S 0.5 10.5 0.5 14 8.5 14.8 8.5 10 8.5 7.5 4 4.5 0 0 L 0 0 9 0"},
-    Glyph{'3', 9, "S 0.5 11.5 1.2 14.2 8.3 14.8 8.3 10.6 8.3 7.5 5 7.5 3 7.5 S 3 7.5 5.5 7.5 9 7 9 3.8 9 -1 0.8 -0.8 0 3"},
+    Glyph{'3', 9,
+          "S 0.5 11.5 1.2 14.2 8.3 14.8 8.3 10.6 8.3 7.5 5 7.5 3 7.5 S 3 7.5 5.5 7.5 9 7 9 3.8 9 -1 0.8 -0.8 "
+          "0 3"},
     Glyph{'4', 9, "L 7 0 7 14 0 4 9.5 4"},
     Glyph{'5', 9, "L 8 14 1.3 14 0.7 7.4 S 0.7 7.4 2 9.2 9 9.8 9 4.5 9 -1 0.8 -0.9 0 2.8"},
     Glyph{'6', 9, "S 7.8 14 2 12 0 8 0 4.5 0 -1.5 9 -1.5 9 4.5 9 10 0.5 10 0.2 4.8"},
@@ -55,9 +61,12 @@ constexpr std::array kGlyphs = {
     Glyph{'=', 8, "L 0 8 8 8 L 0 4 8 4"},
     Glyph{'>', 7, "L 0 10.5 7 6 0 1.5"},
     Glyph{'?', 7, "S 0 11 0 14.3 7 14.8 7 10.5 7 8 3.5 7.5 3.5 4.5 L 3.5 0.2 3.5 0"},
-    Glyph{'@', 14, "S 10 4 9 2 4 2 4 6 4 10.5 10 10.5 10 7 S 10 9.5 9.5 2.5 14 2 14 7 14 16 0 16 0 6 0 -4 8 -4 12 -2"},
+    Glyph{'@', 14,
+          "S 10 4 9 2 4 2 4 6 4 10.5 10 10.5 10 7 S 10 9.5 9.5 2.5 14 2 14 7 14 16 0 16 0 6 0 -4 8 -4 12 -2"},
     Glyph{'A', 11, "L 0 0 5.5 14 11 0 L 1.9 4.8 9.1 4.8"},
-    Glyph{'B', 9, "L 0 0 0 14 4.5 14 S 4.5 14 8.5 14 8.5 7.4 4.5 7.4 L 4.5 7.4 0 7.4 L 4.5 7.4 5 7.4 S 5 7.4 9.3 7.4 9.3 0 5 0 L 5 0 0 0"},
+    Glyph{'B', 9,
+          "L 0 0 0 14 4.5 14 S 4.5 14 8.5 14 8.5 7.4 4.5 7.4 L 4.5 7.4 0 7.4 L 4.5 7.4 5 7.4 S 5 7.4 9.3 7.4 "
+          "9.3 0 5 0 L 5 0 0 0"},
     Glyph{'C', 10, "S 10 11 8.5 14.2 0 15.2 0 7 0 -1.2 8.5 -0.2 10 3"},
     Glyph{'D', 10, "L 0 0 0 14 4 14 S 4 14 10 14 10 7 10 0 4 0 L 4 0 0 0"},
     Glyph{'E', 8, "L 8 14 0 14 0 0 8 0 L 0 7.4 7 7.4"},
@@ -88,19 +97,24 @@ constexpr std::array kGlyphs = {
     Glyph{'^', 7, "L 0 9 3.5 14 7 9"},
     Glyph{'_', 8, "L 0 -2.5 8 -2.5"},
     Glyph{'`', 3, "L 0 14.5 3 11.5"},
-    Glyph{'a', 8, "S 0.5 8 1.2 10.3 7.7 11.2 7.7 6.5 L 7.7 6.5 7.7 0 S 7.7 6 -0.2 6.5 -0.2 2.7 -0.2 -1 6.5 -0.8 7.7 3"},
+    Glyph{
+        'a', 8,
+        "S 0.5 8 1.2 10.3 7.7 11.2 7.7 6.5 L 7.7 6.5 7.7 0 S 7.7 6 -0.2 6.5 -0.2 2.7 -0.2 -1 6.5 -0.8 7.7 3"},
     Glyph{'b', 8, "L 0 14.5 0 0 S 0 6 1 10.2 8.3 11.3 8.3 5 8.3 -1.3 1 -0.2 0 4"},
     Glyph{'c', 7, "S 7.2 7.6 6.5 10.1 0 11 0 5 0 -1 6.5 -0.1 7.2 2.4"},
     Glyph{'d', 8, "L 8 14.5 8 0 S 8 6 7 10.2 -0.3 11.3 -0.3 5 -0.3 -1.3 7 -0.2 8 4"},
     Glyph{'e', 8, "L 0.2 5.3 8 5.3 S 8 5.3 8 10.5 0 11.3 0 5 0 -1.2 7 -0.5 7.8 2.3"},
     Glyph{'f', 5, "S 5.2 14.3 1.8 15 1.8 10.5 1.8 8 L 1.8 9 1.8 0 L 0 9.5 4.8 9.5"},
-    Glyph{'g', 8, "L 8 10 8 0 S 8 1 8 -5 1.5 -4.8 0.6 -2.4 S 8 6 7 10.2 -0.3 11.3 -0.3 5 -0.3 -1.3 7 -0.2 8 4"},
+    Glyph{'g', 8,
+          "L 8 10 8 0 S 8 1 8 -5 1.5 -4.8 0.6 -2.4 S 8 6 7 10.2 -0.3 11.3 -0.3 5 -0.3 -1.3 7 -0.2 8 4"},
     Glyph{'h', 8, "L 0 14.5 0 0 S 0 5.5 0.8 10 7.6 12 7.6 5.5 L 7.6 5.8 7.6 0"},
     Glyph{'i', 1, "L 0.5 10 0.5 0 L 0.5 13.6 0.5 13.4"},
     Glyph{'j', 3, "S 2 10 2 0 2 -3.6 1.3 -4.2 -0.5 -4 L 2 13.6 2 13.4"},
     Glyph{'k', 7, "L 0 14.5 0 0 L 6.8 10 0 4 L 2.6 6.3 7.2 0"},
     Glyph{'l', 1, "L 0.5 14.5 0.5 0"},
-    Glyph{'m', 13, "L 0 10 0 0 S 0 5.5 0.7 10 6.5 12 6.5 5.5 L 6.5 5.8 6.5 0 S 6.5 5.5 7.2 10 13 12 13 5.5 L 13 5.8 13 0"},
+    Glyph{'m', 13,
+          "L 0 10 0 0 S 0 5.5 0.7 10 6.5 12 6.5 5.5 L 6.5 5.8 6.5 0 S 6.5 5.5 7.2 10 13 12 13 5.5 L 13 5.8 "
+          "13 0"},
     Glyph{'n', 8, "L 0 10 0 0 S 0 5.5 0.8 10 7.6 12 7.6 5.5 L 7.6 5.8 7.6 0"},
     Glyph{'o', 9, "O 0 -0.3 0 10.3 8.8 10.3 8.8 -0.3"},
     Glyph{'p', 8, "L 0 10 0 -4.2 S 0 6 1 10.2 8.3 11.3 8.3 5 8.3 -1.3 1 -0.2 0 4"},
@@ -126,7 +140,8 @@ using Stroke = std::vector<Eigen::Vector2d>;
 
 const Glyph& glyph_of(char letter) {
   const int place = letter - ' ';
-  return place >= 0 && place < static_cast<int>(kGlyphs.size()) ? kGlyphs[static_cast<std::size_t>(place)] : kUnknown;
+  return place >= 0 && place < static_cast<int>(kGlyphs.size()) ? kGlyphs[static_cast<std::size_t>(place)]
+                                                                : kUnknown;
 }
 
 // Corner cutting (G. Chaikin, 1974), which tends to the quadratic B-spline of the polygon.
@@ -189,14 +204,15 @@ double text_width(std::string_view text, double height_px) {
   return text.empty() ? 0.0 : (units - kGap) * height_px / kCapital;
 }
 
-std::vector<ColouredPoint> text_segments(std::string_view text, double x, double y, const TextStyle& style) {
+void add_text(Scene& scene, std::string_view text, double x, double y, const TextStyle& style) {
   const double scale = style.height_px / kCapital;
   const double width = text_width(text, style.height_px);
   if (style.align == Align::kCentre) x -= 0.5 * width;
   if (style.align == Align::kRight) x -= width;
   std::vector<ColouredPoint> segments;
   const auto add = [&](const Eigen::Vector2d& p) {
-    segments.push_back({Eigen::Vector3d(x + scale * p.x(), y - scale * p.y(), 1.0).cast<float>(), style.colour});
+    segments.push_back(
+        {Eigen::Vector3d(x + scale * p.x(), y - scale * p.y(), 1.0).cast<float>(), style.colour});
   };
   for (const char letter : text) {
     const Glyph& glyph = glyph_of(letter);
@@ -208,9 +224,7 @@ std::vector<ColouredPoint> text_segments(std::string_view text, double x, double
     }
     x += scale * (glyph.width + kGap);
   }
-  return segments;
+  scene.add_lines(segments, {.width_px = 0.5 + 0.085 * style.height_px, .form = LineForm::kSegments});
 }
-
-double pen_width(double height_px) { return 0.5 + 0.085 * height_px; }
 
 }  // namespace covey::viewer

@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-// A small font of pen strokes, drawn for Covey: printable ASCII as lines that the renderer draws like any other, sharp
-// at every size. Pictures with text need no font file.
+// A small font of pen strokes, drawn for Covey: printable ASCII as lines that the renderer draws like any
+// other, sharp at every size. Pictures with text need no font file.
 
-#include <Eigen/Core>
 #include <string_view>
-#include <vector>
 
 #include "viewer_offscreen/scene.h"
 
@@ -23,11 +21,8 @@ struct TextStyle {
   Align align = Align::kLeft;
 };
 
-// The text's strokes as segments (LineForm::kSegments) in pixels, y down, z = 1, for pixel_camera. The baseline starts
-// (or is centred, or ends) at (x, y). A byte outside printable ASCII is drawn as a box.
-std::vector<ColouredPoint> text_segments(std::string_view text, double x, double y, const TextStyle& style);
-
-// The pen's width that suits a height.
-double pen_width(double height_px);
+// Draws one line of text into a scene for pixel_camera. The baseline starts (or is centred, or ends) at (x,
+// y) in pixels, y down. A byte outside printable ASCII is drawn as a box.
+void add_text(Scene& scene, std::string_view text, double x, double y, const TextStyle& style = {});
 
 }  // namespace covey::viewer

@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "viewer_offscreen/command.h"
+
+#include <CLI/CLI.hpp>
+#include <charconv>
+#include <map>
+#include <string>
+
+#include "core/base/error.h"
+#include "core/geometry/trajectory.h"
+#include "viewer_offscreen/loops.h"
+#include "viewer_offscreen/ply.h"
+
+namespace covey::viewer {
+namespace {
+
+// The command line as it was typed.
+struct Arguments {
+  std::vector<std::string> trajectories;
+  std::vector<std::string> references;
+  std::vector<std::string> meshes;
+  std::string loops;
+  std::string title;
+  std::string size = "1600x1200";
+  std::string view = "both";
+  std::string colour_by = "auto";
+  std::string out;
+  ObliqueOptions oblique;
+  bool solid = false;
+};
+
+Arguments parse_arguments(int argc, const char* const* argv) {
+  Arguments arguments;
+  CLI::App app("Trajectories, loop closures and meshes as PNG pictures, drawn without a screen.",
+               "viewer_offscreen");
+  app.add_option("--trajectory", arguments.trajectories, "a robot's TUM file; may be given again")
+      ->type_name("NAME=FILE.tum[,#rrggbb]");
+  app.add_option("--reference", arguments.references, "a TUM file drawn thin and grey; may be given again")
+      ->type_name("[NAME=]FILE.tum");
+  app.add_option("--loops", arguments.loops,
+                 "text, one loop a line: x0 y0 z0 x1 y1 z1 accepted|rejected|true|false")
+      ->type_name("FILE");
+  app.add_option("--mesh", arguments.meshes, "a mesh; may be given again")->type_name("FILE.ply");
+  app.add_option("--view", arguments.view, "both writes OUT_top.png and OUT_oblique.png")
+      ->check(CLI::IsMember({"top", "oblique", "both"}))
+      ->capture_default_str();
+  app.add_option("--colour-by", arguments.colour_by, "auto: meshes by their colours, else by their labels")
+      ->check(CLI::IsMember({"auto", "robot", "label", "height"}))
+      ->capture_default_str();
+  app.add_option("--size", arguments.size, "pixels")->type_name("WIDTHxHEIGHT")->capture_default_str();
+  app.add_option("--title", arguments.title, "a line above the picture");
+  app.add_option("--azimuth", arguments.oblique.azimuth_deg,
+                 "oblique view: where the viewer stands, from x to y, degrees")
+      ->check(CLI::Range(-360.0, 360.0))
+      ->capture_default_str();
+  app.add_option("--elevation", arguments.oblique.elevation_deg, "oblique view: above the ground, degrees")
+      ->check(CLI::Range(5.0, 85.0))
+      ->capture_default_str();
+  app.add_flag("--solid", arguments.solid,
+               "show meshes from behind too; by default one looks through walls from outside");
+  app.add_option("--out", arguments.out, "the picture")->type_name("FILE.png")->required();
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    throw CommandDone{app.exit(error) == 0 ? 0 : 2};
+  }
+  return arguments;
+}
+
+PictureSize parse_size(const std::string& text) {
+  PictureSize size;
+  const char* const end = text.data() + text.size();
+  const auto width = std::from_chars(text.data(), end, size.width);
+  const bool crossed = width.ec == std::errc() && width.ptr != end && *width.ptr == 'x';
+  if (!crossed || std::from_chars(width.ptr + 1, end, size.height).ptr != end) {
+    throw_input_error("--size '{}' is not of the form 1600x1200", text);
+  }
+  constexpr int kSmallest = 320;
+  if (std::min(size.width, size.height) < kSmallest ||
+      std::max(size.width, size.height) > Renderer::kLargestSide) {
+    throw_input_error("--size '{}': both sides must be in [{}, {}]", text, kSmallest, Renderer::kLargestSide);
+  }
+  return size;
+}
+
+Curve read_curve(const std::string& name, const std::string& file) {
+  Curve curve;
+  curve.name = name;
+  for (const StampedPose& stamped : read_tum(file)) curve.points_W.push_back(stamped.pose.translation);
+  if (curve.points_W.empty()) throw_input_error("{}: has no poses", file);
+  return curve;
+}
+
+Curve read_trajectory(const std::string& argument) {
+  const std::size_t equals = argument.find('=');
+  if (equals == std::string::npos || equals == 0) {
+    throw_input_error("--trajectory '{}' is not of the form NAME=FILE.tum or NAME=FILE.tum,#rrggbb",
+                      argument);
+  }
+  std::string file = argument.substr(equals + 1);
+  std::optional<Rgb> colour;
+  const std::size_t comma = file.rfind(",#");
+  if (comma != std::string::npos) {
+    colour = parse_colour(file.substr(comma + 1));
+    file.resize(comma);
+  }
+  Curve curve = read_curve(argument.substr(0, equals), file);
+  curve.colour = colour;
+  return curve;
+}
+
+Curve read_reference(const std::string& argument) {
+  const std::size_t equals = argument.find('=');
+  if (equals == std::string::npos) return read_curve("reference", argument);
+  return read_curve(argument.substr(0, equals), argument.substr(equals + 1));
+}
+
+FigureContent read_content(const Arguments& arguments) {
+  const std::map<std::string, ColourBy> colourings = {{"auto", ColourBy::kAuto},
+                                                      {"robot", ColourBy::kRobot},
+                                                      {"label", ColourBy::kLabel},
+                                                      {"height", ColourBy::kHeight}};
+  FigureContent content;
+  content.title = arguments.title;
+  content.colour_by = colourings.at(arguments.colour_by);
+  for (const std::string& argument : arguments.trajectories)
+    content.trajectories.push_back(read_trajectory(argument));
+  for (const std::string& argument : arguments.references)
+    content.references.push_back(read_reference(argument));
+  for (const std::string& file : arguments.meshes) content.meshes.push_back(read_ply(file));
+  if (!arguments.loops.empty()) content.loops = read_loops(arguments.loops);
+  if (!has_content(content)) {
+    throw_input_error(
+        "nothing to draw; give at least one --trajectory, --reference, --loops or --mesh with content");
+  }
+  return content;
+}
+
+std::vector<Picture> plan_pictures(const Arguments& arguments) {
+  const std::filesystem::path out = arguments.out;
+  if (out.extension() != ".png") throw_input_error("--out '{}' does not end in .png", arguments.out);
+  if (arguments.view == "top") return {{out, View::kTop}};
+  if (arguments.view == "oblique") return {{out, View::kOblique}};
+  const auto beside = [&](const char* view) { return out.parent_path() / (out.stem().string() + view); };
+  return {{beside("_top.png"), View::kTop}, {beside("_oblique.png"), View::kOblique}};
+}
+
+}  // namespace
+
+Command parse_command(int argc, const char* const* argv) {
+  const Arguments arguments = parse_arguments(argc, argv);
+  Command command;
+  command.pictures = plan_pictures(arguments);
+  command.options.size = parse_size(arguments.size);
+  command.options.oblique = arguments.oblique;
+  command.options.see_through = !arguments.solid;
+  command.content = read_content(arguments);
+  return command;
+}
+
+}  // namespace covey::viewer
