@@ -90,46 +90,53 @@ std::optional<radio_fragment_t> ReliableSender::next(Module module, Utime now) {
   return std::nullopt;
 }
 
-// Which fragment to send now, and to whom: first what was never sent, then the first that somebody has waited
-// for.
+// Which fragment to send now, and to whom: first what was never sent, then the first that somebody has waited for.
 ReliableSender::Choice ReliableSender::choose(const Message& message, Utime now) const {
-  const auto wants = [&](const Target& target, std::int32_t fragment) {
-    return !target.have[static_cast<std::size_t>(fragment)] &&
-           fragment < target.below + window_of(target.progress, now);
+  struct Waiting {
+    int robot;
+    const Target& target;
+    std::int32_t end;  // fragments below it may be sent to this robot now
+    bool silent;
+    Utime progress;
+    Utime shortest_wait;
+    bool wants(std::int32_t fragment) const {
+      return fragment < end && !target.have[static_cast<std::size_t>(fragment)];
+    }
   };
+  std::vector<Waiting> waiting;
+  waiting.reserve(message.targets.size());
+  std::int32_t first = message.unsent;
+  for (const auto& [robot, target] : message.targets) {
+    const auto found = peers_.find(robot);
+    const Peer peer = found == peers_.end() ? Peer{} : found->second;
+    waiting.push_back({robot, target, target.below + window_of(target.progress, now), silent(robot, now),
+                       std::max(target.progress, peer.progress), round_trip_bound(peer)});
+    first = std::min(first, target.below);
+  }
+
   if (message.unsent < message.fragments) {
-    const bool wanted = message.targets.empty() ||
-                        std::any_of(message.targets.begin(), message.targets.end(),
-                                    [&](const auto& entry) { return wants(entry.second, message.unsent); });
+    const bool wanted =
+        waiting.empty() || std::any_of(waiting.begin(), waiting.end(),
+                                       [&](const Waiting& each) { return each.wants(message.unsent); });
     if (wanted) return {.fragment = message.unsent, .to = message.to, .due = now};
   }
 
   Choice choice{.fragment = -1, .to = message.to, .due = kForever};
-  if (message.targets.empty()) {
-    choice.due = message.submitted + options_.linger_us;
-    return choice;
-  }
-  std::int32_t first = message.unsent;
-  for (const auto& [robot, target] : message.targets) first = std::min(first, target.below);
+  if (waiting.empty()) choice.due = message.submitted + options_.linger_us;
   for (std::int32_t fragment = first; fragment < message.unsent; ++fragment) {
     const Utime sent = message.last_sent[static_cast<std::size_t>(fragment)];
     int missing = 0;
     int missed_by = kToEveryone;
     Utime due = kForever;
-    for (const auto& [robot, target] : message.targets) {
-      if (!wants(target, fragment)) continue;
+    for (const Waiting& each : waiting) {
+      if (!each.wants(fragment)) continue;
       ++missing;
-      missed_by = robot;
-      if (silent(robot, now)) continue;
-      const Peer& peer = peers_.at(robot);
-      const Utime since_progress = sent - std::max(target.progress, peer.progress);
-      const Utime wait = std::clamp(since_progress / 2, round_trip_bound(peer), options_.longest_wait_us);
-      due = std::min(due, sent + wait);
+      missed_by = each.robot;
+      if (each.silent) continue;
+      due = std::min(
+          due, sent + std::clamp((sent - each.progress) / 2, each.shortest_wait, options_.longest_wait_us));
     }
-    if (due <= now) {
-      const int to = missing == 1 ? missed_by : message.to;
-      return {.fragment = fragment, .to = to, .due = now};
-    }
+    if (due <= now) return {.fragment = fragment, .to = missing == 1 ? missed_by : message.to, .due = now};
     choice.due = std::min(choice.due, due);
   }
   return choice;
@@ -157,7 +164,6 @@ const char* ReliableSender::on_ack(const radio_ack_t& ack, Utime now) {
     if (found == message.targets.end() || ack.number <= found->second.ack_number) continue;
     Target& target = found->second;
     target.ack_number = ack.number;
-    const auto had = std::count(target.have.begin(), target.have.end(), true);
     target.below = ack.below[i];
     // The receiver may have dropped what it had: the newest ack is the whole truth.
     const auto mask = static_cast<std::uint64_t>(ack.masks[i]);
@@ -166,7 +172,10 @@ const char* ReliableSender::on_ack(const radio_ack_t& ack, Utime now) {
       target.have[static_cast<std::size_t>(fragment)] =
           fragment < ack.below[i] || (bit >= 0 && bit < kFragmentWindow && (mask >> bit & 1U) != 0);
     }
-    if (std::count(target.have.begin(), target.have.end(), true) > had) {
+    // Only more than ever before is progress: acks that take back and give again must not hurry us.
+    const auto has = std::count(target.have.begin(), target.have.end(), true);
+    if (has > target.most) {
+      target.most = has;
       target.progress = now;
       if (peer != peers_.end()) peer->second.progress = now;
     }

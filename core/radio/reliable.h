@@ -77,7 +77,8 @@ class ReliableSender {
   struct Target {
     std::vector<bool> have;
     std::int32_t below = 0;
-    Utime progress = 0;  // when it last came forward, or began
+    std::int64_t most = 0;  // fragments that it ever had at once
+    Utime progress = 0;     // when it last came forward, or began
     std::int64_t ack_number = -1;
   };
   struct Message {

@@ -52,7 +52,7 @@ TEST_CASE("a planar graph is read with its precisions, its odometry and its star
   CHECK((*g2o.start)[2].translation == Eigen::Vector3d(1, 1, 0));
 }
 
-TEST_CASE("a spatial graph is read with its precisions; doubled edges stay") {
+TEST_CASE("a spatial graph is read with its precisions, doubled edges stay") {
   const ScratchFile file(kEdge3d + kEdge3d + "EDGE_SE3:QUAT 1 0 1 2 3 0 0 0 1" + kInformation3d);
   const G2oFile g2o = read_g2o(file.path);
   CHECK(g2o.graph.dimension == 3);

@@ -38,8 +38,8 @@ struct TestLink {
   std::map<std::string, std::int64_t> counts;
   Link link;
 
-  TestLink(int robot, Utime epoch, LinkModelOptions model = {}, LinkOptions options = {})
-      : link(robot, epoch, test_table(), options, std::move(model),
+  TestLink(int robot, Utime epoch, const LinkModelOptions& model = {}, LinkOptions options = {})
+      : link(robot, epoch, test_table(), options, model,
              [this](const std::string& name, std::int64_t n) { counts[name] += n; }) {}
 };
 
