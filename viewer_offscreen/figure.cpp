@@ -18,7 +18,7 @@ namespace covey::viewer {
 namespace {
 
 constexpr Rgb kGrey = {110, 116, 124};
-constexpr Rgb kReference = {150, 155, 162};
+constexpr Rgb kReference = {120, 124, 130};
 constexpr Rgb kWhite = {255, 255, 255};
 constexpr double kTrajectoryWidth = 3.4;
 
@@ -42,7 +42,7 @@ struct LoopLook {
 
 constexpr std::array kLoopLooks = {
     LoopLook{LoopStatus::kRejected, {243, 178, 170}, kRejectedLayer, 1.2, "rejected loops"},
-    LoopLook{LoopStatus::kAccepted, {128, 134, 142}, kAcceptedLayer, 1.4, "accepted loops"},
+    LoopLook{LoopStatus::kAccepted, {150, 156, 165}, kAcceptedLayer, 1.2, "accepted loops"},
     LoopLook{LoopStatus::kTrue, {98, 168, 118}, kAcceptedLayer, 1.4, "true loops"},
     LoopLook{LoopStatus::kFalse, {205, 32, 44}, kAcceptedLayer, 2.0, "false loops"},
 };

@@ -64,7 +64,7 @@ enum class View {
 
 struct FigureOptions {
   PictureSize size = {1600, 1200};
-  ObliqueOptions oblique;
+  ObliqueOptions oblique = {};
   // Meshes are shown from their free side only, so that one looks into a room through its walls and ceiling.
   bool see_through = true;
 };

@@ -214,7 +214,7 @@ Header read_header(Cursor& cursor) {
 // A file cannot have more elements than bytes: a forged count must not take all memory.
 std::size_t plausible(const Cursor& cursor, const Element& element) {
   if (element.count > cursor.rest().size()) {
-    cursor.fail("{} elements '{}' cannot stand in {} bytes", element.count, element.name,
+    cursor.fail("a count of {} for element '{}' cannot stand in {} bytes", element.count, element.name,
                 cursor.rest().size());
   }
   return element.count;
