@@ -11,8 +11,10 @@
 
 Attributes: exec, deputy (libbot2: host), auto_respawn ("true" | "false"), stop_signal, stop_time_allowed (s); integers
 are not quoted. In a string \\n, \\r, \\t are control characters and any other escaped character stands for itself.
-The rules are those that procman's sheriff (sheriff_config.py) applies; beyond them, names that a script uses must
-exist, ids and script names stand once, and scripts must not call themselves.
+The rules are those that procman's sheriff (sheriff_config.py) applies. Beyond them, ids and commands are not blank, ids
+and script names stand once, names that a script uses exist, scripts do not call themselves, 'stop' waits for "stopped"
+only, auto_respawn is a boolean, and numbers have an upper bound. What the sheriff would refuse but is read here (host, no
+deputy, a byte order mark) is noted.
 """
 
 from dataclasses import dataclass
@@ -25,6 +27,7 @@ _ESCAPES = {"n": "\n", "r": "\r", "t": "\t"}
 _ATTRIBUTES = {"exec": "string", "deputy": "string", "host": "string", "auto_respawn": "string", "group": "string",
                "stop_signal": "integer", "stop_time_allowed": "integer"}
 _BOOLEANS = {"true": True, "yes": True, "false": False, "no": False}
+_MAX_SIGNAL, _MAX_STOP_TIME_S, _MAX_WAIT_MS = 64, 86400, 86400000
 
 
 class SheetError(InputError):
@@ -51,7 +54,7 @@ class Token:
 def read_sheet(path):
     """The checked sheet in file `path`."""
     try:
-        with open(path, encoding="utf-8", newline="") as file:
+        with open(path, encoding="utf-8") as file:  # any line ending ends a line, as for the sheriff
             text = file.read()
     except OSError as error:
         raise InputError(f"{path}: {error.strerror.lower()}; give a readable .procman file") from None
@@ -125,6 +128,8 @@ class _Parser:
         self._tokens = tokenize(text, file)
         self._index = 0
         self._sheet = Sheet(file)
+        if text.startswith("\ufeff"):
+            self._note(Place(file, 1, 1), "the file starts with a byte order mark, at which procman's sheriff stops")
 
     @property
     def _next(self):
@@ -216,13 +221,9 @@ class _Parser:
                 raise SheetError(value.place, f"auto_respawn is {value}; expected \"true\" or \"false\"")
             command.auto_respawn = _BOOLEANS[value.value.lower()]
         elif attribute.value == "stop_signal":
-            if not 1 <= int(value.value) <= 64:
-                raise SheetError(value.place, f"stop_signal is {value.value}; expected a signal number from 1 to 64")
-            command.stop_signal = int(value.value)
+            command.stop_signal = _integer(value, "stop_signal", 1, _MAX_SIGNAL)
         elif attribute.value == "stop_time_allowed":
-            if not 1 <= int(value.value) <= 86400:
-                raise SheetError(value.place, f"stop_time_allowed is {value.value}; expected 1 to 86400 seconds")
-            command.stop_time_allowed_s = int(value.value)
+            command.stop_time_allowed_s = _integer(value, "stop_time_allowed", 1, _MAX_STOP_TIME_S, " seconds")
         else:
             self._note(attribute.place, "'group' has no effect (nor in procman); put the command in a group block")
 
@@ -250,7 +251,7 @@ class _Parser:
             target = self._expect_one_of("word", ["ms", "cmd", "group"])
             if target == "ms":
                 delay = self._expect("integer", "milliseconds as an integer without quotes")
-                return Action("wait_ms", place, delay_ms=int(delay.value))
+                return Action("wait_ms", place, delay_ms=_integer(delay, "wait ms", 0, _MAX_WAIT_MS))
             name = self._expect("string", f"the {target}'s name as a \"string\"").value
             self._expect_one_of("word", ["status"])
             return Action("wait", place, target, name, self._expect_one_of("string", ["running", "stopped"]))
@@ -261,6 +262,15 @@ class _Parser:
             self._expect_one_of("word", ["wait"])
             status = self._expect_one_of("string", ["stopped"] if keyword == "stop" else ["running", "stopped"])
         return Action(keyword, place, target, name, status)
+
+
+def _integer(token, what, low, high, unit=""):
+    """A token's value in [low, high]. Its length is looked at first: int() refuses very many digits in its own way."""
+    digits = token.value.lstrip("0") or "0"
+    if len(digits) > len(str(high)) or not low <= int(digits) <= high:
+        shown = digits if len(digits) < 20 else f"{digits[:8]}... ({len(digits)} digits)"
+        raise SheetError(token.place, f"{what} is {shown}; expected {low} to {high}{unit}")
+    return int(digits)
 
 
 def _check_names(sheet):

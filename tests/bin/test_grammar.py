@@ -4,6 +4,7 @@
 import glob
 import os
 import random
+import tempfile
 import unittest
 
 import support
@@ -72,6 +73,25 @@ class Accepted(unittest.TestCase):
         self.assertEqual(parse_sheet("").commands, [])
         self.assertEqual(parse_sheet('cmd "größe" { exec = "echo ☃"; deputy = "d"; }').commands[0].exec, "echo ☃")
 
+    def test_any_line_ending_ends_a_line(self):
+        unix = "# a comment\n" + 'cmd "a" { exec = "x \\\n y"; deputy = "d"; }\n'
+        with tempfile.TemporaryDirectory() as folder:
+            for ending in ("\n", "\r\n", "\r"):
+                path = os.path.join(folder, "endings.procman")
+                with open(path, "w", encoding="utf-8", newline="") as file:
+                    file.write(unix.replace("\n", ending))
+                self.assertEqual([command.exec for command in read_sheet(path).commands], ["x \n y"], repr(ending))
+
+    def test_a_byte_order_mark_is_noted(self):
+        sheet = parse_sheet('\ufeffcmd "a" { exec = "x"; deputy = "d"; }')
+        self.assertEqual((len(sheet.commands), [note.split(": ")[0] for note in sheet.notes]), (1, ["sheet:1:1"]))
+
+    def test_numbers_at_their_bounds(self):
+        sheet = parse_sheet('cmd "a" { exec = "x"; deputy = "d"; stop_signal = 0064; stop_time_allowed = 86400; }\n'
+                            'script "s" { wait ms 0; wait ms 00; wait ms 86400000; }')
+        self.assertEqual((sheet.commands[0].stop_signal, sheet.commands[0].stop_time_allowed_s), (64, 86400))
+        self.assertEqual([action.delay_ms for action in sheet.scripts["s"].actions], [0, 0, 86400000])
+
     def test_every_sheet_of_ours_needs_no_note(self):
         files = glob.glob(os.path.join(support.ROOT, "configs", "sheets", "*.procman"))
         self.assertTrue(files)
@@ -123,6 +143,9 @@ class Refused(unittest.TestCase):
                 ('script "s" { start everything }', 1, 31, "'wait'"),
                 ('script "s" { wait 5; }', 1, 19, "'ms'"),
                 ('script "s" { wait ms "5"; }', 1, 22, "integer"),
+                ('script "s" { wait ms 86400001; }', 1, 22, "86400000"),
+                ('script "s" { wait ms ' + "9" * 5000 + "; }", 1, 22, "5000 digits"),
+                ('cmd "a" { exec = "x"; stop_signal = ' + "9" * 5000 + "; }", 1, 37, "stop_signal"),
                 (command + 'script "s" {\n start cmd "b"; }', 3, 2, 'no command "b"'),
                 (command + 'script "s" { start group "g"; }', 2, 14, 'group "g"'),
                 (command + 'script "s" { start cmd "a" wait "ready"; }', 2, 33, '"running" or "stopped"'),
