@@ -23,8 +23,8 @@ constexpr rlim_t kMemoryLimit = rlim_t{4} << 30;
 
 // A robot's processes share one configuration file; a process reads its own section and leaves these to the
 // others.
-constexpr std::array kSections = {"vio",    "mesher",          "lcd", "dpgo", "lmo", "radio_bridge", "sim",
-                                  "player", "viewer_offscreen"};
+constexpr std::array kSections = {"vio",    "mesher",           "lcd", "dpgo", "lmo", "radio_bridge", "sim",
+                                  "player", "viewer_offscreen", "demo"};
 
 void start_logging(const CommandLine& command) {
   auto logger = spdlog::stderr_logger_st("covey");
