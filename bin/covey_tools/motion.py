@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Rigid motions and trajectory files, as much of them as pictures and reports need.
+
+A motion is (q, t): q = (w, x, y, z) of norm 1, t = (x, y, z) in m. A trajectory is a list of (stamp in s, motion).
+"""
+
+import math
+
+IDENTITY = ((1.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+
+
+def rotate(q, v):
+    """R(q) v."""
+    w, x, y, z = q
+    # v + 2 w (u x v) + 2 u x (u x v), with u the vector part
+    c = (y * v[2] - z * v[1], z * v[0] - x * v[2], x * v[1] - y * v[0])
+    d = (y * c[2] - z * c[1], z * c[0] - x * c[2], x * c[1] - y * c[0])
+    return tuple(v[k] + 2.0 * (w * c[k] + d[k]) for k in range(3))
+
+
+def compose(a, b):
+    """T_A_B, T_B_C -> T_A_C."""
+    (aw, ax, ay, az), (bw, bx, by, bz) = a[0], b[0]
+    q = (aw * bw - ax * bx - ay * by - az * bz, aw * bx + ax * bw + ay * bz - az * by,
+         aw * by - ax * bz + ay * bw + az * bx, aw * bz + ax * by - ay * bx + az * bw)
+    norm = math.sqrt(sum(each * each for each in q))
+    moved = rotate(a[0], b[1])
+    return tuple(each / norm for each in q), tuple(a[1][k] + moved[k] for k in range(3))
+
+
+def inverse(a):
+    q = (a[0][0], -a[0][1], -a[0][2], -a[0][3])
+    return q, tuple(-each for each in rotate(q, a[1]))
+
+
+def chain(steps, start=IDENTITY):
+    """The trajectory that odometry steps [qx, qy, qz, qw, tx, ty, tz] make, a pose a second from 1 s on."""
+    pose, trajectory = start, [(1.0, start)]
+    for qx, qy, qz, qw, *t in steps:
+        pose = compose(pose, ((qw, qx, qy, qz), tuple(t)))
+        trajectory.append((len(trajectory) + 1.0, pose))
+    return trajectory
+
+
+def moved(trajectory, motion):
+    """Every pose seen from another frame: T_A_B for poses in B."""
+    return [(stamp, compose(motion, pose)) for stamp, pose in trajectory]
+
+
+def length(trajectory):
+    """m, along the positions."""
+    return sum(math.dist(a[1][1], b[1][1]) for a, b in zip(trajectory, trajectory[1:]))
+
+
+def read_tum(path):
+    """A trajectory; lines that are no pose are left out (evaluate is the one that complains)."""
+    trajectory = []
+    with open(path, encoding="ascii", errors="replace") as lines:
+        for line in lines:
+            fields = line.split()
+            if len(fields) == 8 and not line.startswith("#"):
+                stamp, x, y, z, qx, qy, qz, qw = map(float, fields)
+                trajectory.append((stamp, ((qw, qx, qy, qz), (x, y, z))))
+    return trajectory
+
+
+def write_tum(path, trajectory):
+    with open(path, "w", encoding="ascii") as file:
+        for stamp, (q, t) in trajectory:
+            file.write(f"{stamp:.6f} {t[0]:.9f} {t[1]:.9f} {t[2]:.9f} {q[1]:.12f} {q[2]:.12f} {q[3]:.12f} {q[0]:.12f}\n")

@@ -1,0 +1,196 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""bin/demo's bookkeeping and report, from canned words and files."""
+
+import argparse
+import json
+import os
+import types
+import unittest
+
+from support import Folder
+
+from covey_tools import evaluation, lcm_log, messages, motion, report, report_page, team_sheet, worlds
+from covey_tools.errors import InputError
+from covey_tools.grammar import read_sheet
+from covey_tools.team import Team
+from covey_tools.team_run import Outcome
+
+
+def said(process, robot, phase="idle", start_utime=1, counters=None, gauges=None):
+    """As much of a status_t as Team reads."""
+    counters, gauges = counters or {}, gauges or {}
+    return types.SimpleNamespace(process=process, robot=robot, phase=phase, start_utime=start_utime, counter_names=list(counters),
+                                 counter_values=list(counters.values()), gauge_names=list(gauges), gauge_values=list(gauges.values()))
+
+
+def done_gauges(**changed):
+    return {"solved_keyframes": 10, "solved_loops": 4, "round": 7, "robots": 2, "cost": 50.0, **changed}
+
+
+class TeamTest(unittest.TestCase):
+    def setUp(self):
+        self.team = Team([worlds.Robot(robot, "", keyframes=10, loops=4) for robot in (0, 1)])
+
+    def test_done_when_all_have_solved_all_in_one_round(self):
+        self.assertEqual(len(self.team.missing()), 2)
+        self.team.take(said("dpgo", 0, gauges=done_gauges()), 1.0)
+        self.team.take(said("dpgo", 1, gauges=done_gauges()), 1.0)
+        self.assertEqual(self.team.missing(), [])
+
+    def test_what_is_missing_is_said(self):
+        self.team.take(said("dpgo", 0, gauges=done_gauges()), 1.0)
+        for changed, sentence in (({"solved_loops": 3}, "robot 1: 3 of 4 loops solved"), ({"robots": 1}, "robot 1: 1 of 2 robots in its last round"),
+                                  ({"round": 8}, "the robots' last rounds differ: 7, 8")):
+            self.team.take(said("dpgo", 1, gauges=done_gauges(**changed)), 1.0)
+            self.assertEqual(self.team.missing(), [sentence])
+        self.team.take(said("dpgo", 1, phase="round", gauges=done_gauges()), 1.0)
+        self.assertEqual(self.team.missing(), ["robot 1: dpgo is round"])
+
+    def test_bytes_are_summed_over_restarts(self):
+        for start, sent in ((1, 100), (1, 250), (5, 30), (5, 40)):
+            self.team.take(said("radio_bridge", 0, start_utime=start, counters={"sent_bytes/dpgo": sent}), 1.0)
+        self.team.take(said("radio_bridge", 0, start_utime=1, counters={"sent_bytes/dpgo": 999}), 1.0)  # late word of the first run
+        self.team.take(said("radio_bridge", 1, counters={"sent_bytes/dpgo": 1, "sent_bytes/control": 2}), 1.0)
+        self.assertEqual(self.team.radio_bytes(), {"dpgo": 291, "control": 2})
+        self.assertEqual(self.team.restarts(), {"radio_bridge-0": 1})
+
+    def test_the_common_frame_is_timed_from_the_first_data(self):
+        self.team.take(said("player", 0, phase="playing"), 10.0)
+        self.team.take(said("dpgo", 0, gauges=done_gauges(robots=1, round=1)), 12.0)
+        self.team.take(said("dpgo", 0, gauges=done_gauges(robots=2, round=2)), 15.0)
+        self.team.take(said("dpgo", 0, gauges=done_gauges(robots=2, round=3)), 19.0)
+        self.assertEqual(self.team.common_frame_s, 5.0)
+        self.team.take(said("dpgo", 1, gauges=done_gauges(robots=2, round=3, cost=4.0)), 20.0)
+        self.assertEqual([each[2] for each in self.team.rounds], [1, 2, 3, 3])
+        self.assertEqual(self.team.costs(), [(10.0, 54.0)])
+
+
+class MotionTest(unittest.TestCase):
+    def test_inverse_and_chain(self):
+        quarter = (0.0, 0.0, 2 ** -0.5, 2 ** -0.5, 1.0, 0.0, 0.0)  # forward 1 m, then left: four of them close a square
+        square = motion.chain([quarter] * 4)
+        self.assertEqual([stamp for stamp, _ in square], [1.0, 2.0, 3.0, 4.0, 5.0])
+        for at, expected in ((1, (1, 0, 0)), (2, (1, 1, 0)), (3, (0, 1, 0)), (4, (0, 0, 0))):
+            for k in range(3):
+                self.assertAlmostEqual(square[at][1][1][k], expected[k])
+        self.assertAlmostEqual(motion.length(square), 4.0)
+        q, t = motion.compose(square[2][1], motion.inverse(square[2][1]))
+        self.assertAlmostEqual(abs(q[0]), 1.0)
+        self.assertAlmostEqual(max(map(abs, t)), 0.0)
+
+
+class SheetTest(Folder, unittest.TestCase):
+    def test_the_sheet_of_a_run_is_one_that_sheet_takes(self):
+        path = os.path.join(self.folder, "demo.procman")
+        team_sheet.write(path, 3, {"OUT": "/tmp/a b", "WORLD": "w.yaml", "RADIO": "r.yaml", "GRAPH": "/tmp/g", "SPEED": "8"})
+        sheet = read_sheet(path)
+        self.assertEqual(len(sheet.commands), 3 * len(team_sheet.PROCESSES) + 1)
+        self.assertTrue(all(command.auto_respawn for command in sheet.commands))
+        self.assertNotIn("@", "".join(command.exec for command in sheet.commands))
+        with self.assertRaisesRegex(InputError, "cannot stand in a sheet"):
+            team_sheet.write(path, 1, {"OUT": "/tmp/it's", "WORLD": "", "RADIO": "", "GRAPH": "", "SPEED": ""})
+
+
+class WorldsTest(unittest.TestCase):
+    def test_every_world_loads(self):
+        for name in worlds.names():
+            world = worlds.load(name)
+            self.assertGreater(world.robots, 1)
+            self.assertGreater(world.barc2, 1.0)
+
+    def test_refusals(self):
+        with self.assertRaisesRegex(InputError, "no such world; expected one of grid, tunnels"):
+            worlds.load("moon")
+        with self.assertRaisesRegex(InputError, "take --world grid"):
+            worlds.check(worlds.load("tunnels"), "/nowhere")
+
+
+class ReportTest(Folder, unittest.TestCase):
+    def setUp(self):
+        super().setUp()
+        for name in ("traj", "snapshots", "logs"):
+            os.makedirs(os.path.join(self.folder, name))
+        self.world = worlds.load("grid")
+        self.world.seconds = 40.0
+        self.robots = worlds.prepare_graph(self.world, 3, "", os.path.join(self.folder, "graph"))
+        self.options = argparse.Namespace(radio="ideal.yaml", seed=3)
+
+    def solve(self):
+        """The central solution in the place of the team's, with weights that keep every second closure."""
+        central = evaluation.solve_centrally(os.path.join(self.folder, "graph"), self.world.barc2, [robot.keyframes for robot in self.robots],
+                                             os.path.join(self.folder, "solved"))
+        results = lcm_log.Writer(os.path.join(self.folder, "results.lcm"))
+        for robot, file in zip(self.robots, central.files):
+            os.rename(file, os.path.join(self.folder, "traj", f"robot{robot.id}_team.tum"))
+            results.write("LOOP_WEIGHTS", self.weights(robot).encode(), 5)
+            trajectory = messages.message_type("trajectory_t")()
+            trajectory.robot, trajectory.round, trajectory.anchor = robot.id, 3, 0
+            results.write("TRAJECTORY", trajectory.encode(), 5)
+        results.close()
+        lcm_log.Writer(os.path.join(self.folder, "logs", "air.lcm")).close()
+        return central
+
+    def weights(self, robot):
+        message = messages.message_type("loop_weights_t")()
+        message.utime, message.robot, message.round, message.parts = 5, robot.id, 3, 1
+        with open(robot.file, encoding="ascii") as file:
+            rows = [line.split(",") for line in file][1:]
+        for a, i, b, j, *_, known_inlier, _ in rows:
+            if known_inlier == "0":
+                for name, value in (("robots_a", a), ("ids_a", i), ("robots_b", b), ("ids_b", j)):
+                    getattr(message, name).append(int(value))
+                message.segments_a.append(1_000_000)
+                message.segments_b.append(1_000_000)
+                message.residuals_sq.append(1.0)
+        message.n = len(message.ids_a)
+        # By the index within the pair of ids, so that both robots of a closure say the same.
+        message.weights = [float((i + j) % 2) for i, j in zip(message.ids_a, message.ids_b)]
+        return message
+
+    def make(self):
+        team = Team(self.robots)
+        team.take(said("player", 0), 0.0)
+        for robot in self.robots:
+            team.take(said("dpgo", robot.id, gauges=done_gauges(robots=3)), 9.0)
+            team.take(said("radio_bridge", robot.id, counters={"sent_bytes/dpgo": 1000}), 9.0)
+        facts = report.make(self.folder, self.world, self.robots, Outcome(team, "done", [], 10.0, 40.0), self.options)
+        report_page.write(self.folder, facts)
+        with open(os.path.join(self.folder, "report.json"), encoding="utf-8") as file:
+            return json.load(file)
+
+    def test_a_whole_run(self):
+        central = self.solve()
+        found = self.make()
+        self.assertEqual(found["notes"], [])
+        team = found["team"]
+        self.assertAlmostEqual(team["cost"], central.cost, places=3)
+        self.assertAlmostEqual(team["cost_centralized"], central.cost, places=3)
+        self.assertAlmostEqual(team["ate_m"], team["ate_centralized_m"], places=4)
+        self.assertLess(team["ate_m"], team["ate_vio_m"])
+        self.assertEqual([(pair["a"], pair["b"]) for pair in team["loops"]], [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)])
+        self.assertTrue(all(pair["met"] for pair in team["loops"]))
+        self.assertEqual(sum(pair["accepted"] for pair in team["loops"]), team["loops_accepted"])
+        self.assertTrue(0 < team["loops_accepted"] < team["loops_total"])
+        self.assertTrue(all(pair["true"] <= min(pair["accepted"], pair["true_total"]) for pair in team["loops"]))
+        self.assertEqual(found["communication_bytes"]["total"], 3000)
+        self.assertEqual(found["realtime_factor"], 4.0)
+        for robot in found["robots"]:
+            self.assertEqual(robot["keyframes"], 40)
+            self.assertAlmostEqual(robot["length_m"], 39 * 1.6, delta=6.0)
+            self.assertLess(robot["ate_team_m"], 1.0)
+        self.assertNotIn("mesh", found)
+        page = self.read("report.html")
+        self.assertIn("robust cost", page)
+        self.assertGreaterEqual(page.count("data:image/png;base64,"), 3)
+
+    def test_a_run_without_an_end_still_has_a_report(self):
+        lcm_log.Writer(os.path.join(self.folder, "results.lcm")).close()
+        found = self.make()
+        self.assertTrue(found["notes"])
+        self.assertNotIn("cost", found["team"])
+        self.assertTrue(os.path.getsize(os.path.join(self.folder, "traj", "robot2_vio.tum")) > 1000)
+        self.assertTrue(os.path.exists(os.path.join(self.folder, "report.html")))
+
+
+if __name__ == "__main__":
+    unittest.main()

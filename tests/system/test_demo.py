@@ -1,0 +1,144 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""bin/demo as a whole: real processes over multicast in a private network, on a small grid.
+
+usage: test_demo.py Demo.TEST     one test, as ctest runs them
+"""
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
+SMALL = ["--world", "grid", "--seconds", "40", "--speed", "10", "--patience", "60"]
+KINDS = ("dpgo-1", "radio_bridge-2", "player-0", "logger-1")  # dpgo-0 would be the anchor: it has a test of its own
+
+
+class Demo(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory(prefix="covey-demo-")
+        self.addCleanup(folder.cleanup)
+        self.out = os.path.join(folder.name, "a demo")  # spaces must not matter
+
+    def start(self, *arguments):
+        command = [os.path.join(ROOT, "bin", "demo"), "--no-build", "--namespace", "private", "--out", self.out, *arguments]
+        process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+
+        def end():
+            if process.poll() is None:
+                process.terminate()
+                process.communicate(timeout=60)
+            process.stdout.close()
+        self.addCleanup(end)
+        return process
+
+    def finish(self, process, expected_code):
+        output, _ = process.communicate(timeout=100)
+        self.assertEqual(process.returncode, expected_code, output)
+        return output
+
+    def report(self):
+        with open(os.path.join(self.out, "report.json"), encoding="utf-8") as file:
+            return json.load(file)
+
+    def events(self):
+        try:
+            with open(os.path.join(self.out, "logs", "processes", "events.txt"), encoding="utf-8") as file:
+                return file.read()
+        except FileNotFoundError:
+            return ""
+
+    def wait_for_event(self, pattern, process, count=1, timeout_s=30):
+        deadline = time.monotonic() + timeout_s
+        while len(found := re.findall(pattern, self.events())) < count:
+            if process.poll() is not None or time.monotonic() > deadline:
+                self.fail(f"no event '{pattern}' in:\n{self.events()}")
+            time.sleep(0.05)
+        return found
+
+    def kill(self, name, process):
+        """kill -9, and wait for the sheet to start it again."""
+        starts = self.wait_for_event(rf"{name} +started pid (\d+)", process)
+        os.kill(int(starts[-1]), signal.SIGKILL)
+        self.wait_for_event(rf"{name} +started pid (\d+)", process, len(starts) + 1)
+
+    def check_good(self, report):
+        team = report["team"]
+        self.assertTrue(report["complete"])
+        self.assertEqual((report["missing"], report["notes"]), ([], []))
+        self.assertLess(team["cost"], 1.05 * team["cost_centralized"])
+        self.assertLess(team["ate_m"], 1.1 * team["ate_centralized_m"])
+        self.assertLess(team["ate_m"], team["ate_vio_m"])
+        self.assertGreater(team["precision"], 0.95)
+        self.assertGreater(team["recall"], 0.9)
+        for name in (*(f"traj/robot{robot}_{kind}.tum" for robot in range(3) for kind in ("vio", "team")),
+                     *(f"logs/{log}.lcm" for log in ("robot0", "robot1", "robot2", "air")), "report.html", "snapshots/plan.png",
+                     *(f"snapshots/{stage}_{view}.png" for stage in ("before", "after") for view in ("top", "oblique"))):
+            self.assertGreater(os.path.getsize(os.path.join(self.out, name)), 500, name)
+
+    def test_a_run(self):
+        process = self.start(*SMALL)
+        output = self.finish(process, 0)
+        self.assertIn("team ATE", output)
+        report = self.report()
+        self.check_good(report)
+        self.assertEqual(report["restarts"], {})
+        self.assertEqual([robot["keyframes"] for robot in report["robots"]], [40, 40, 40])
+        self.assertEqual(len(report["team"]["loops"]), 6)
+        self.assertTrue(all(pair["met"] for pair in report["team"]["loops"]))
+        sent = report["communication_bytes"]
+        self.assertEqual(sent["total"], sum(sent[name] for name in ("place_recognition", "geometric_verification", "dpgo", "control")))
+        self.assertGreater(sent["dpgo"], 10_000)
+        self.assertAlmostEqual(sent["total"], sent["on_air"], delta=20_000)
+        self.assertGreater(report["realtime_factor"], 1.0)
+
+    def test_every_kind_of_process_may_be_killed(self):
+        process = self.start(*SMALL)
+        self.wait_for_event(r"player-2 +started", process)
+        time.sleep(1.0)
+        for name in KINDS:
+            self.kill(name, process)
+            time.sleep(0.5)
+        self.finish(process, 0)
+        report = self.report()
+        self.check_good(report)
+        self.assertEqual({name for name in KINDS if not name.startswith("logger")} - set(report["restarts"]), set())
+
+    def test_the_anchor_may_be_killed_with_its_bridge(self):
+        process = self.start(*SMALL, "--radio", os.path.join(ROOT, "configs", "radio", "lossy.yaml"))
+        self.wait_for_event(r"player-2 +started", process)
+        time.sleep(5.0)
+        self.kill("dpgo-0", process)
+        self.kill("radio_bridge-0", process)
+        self.finish(process, 0)
+        self.check_good(self.report())
+
+    def test_an_interrupt_stops_everything_and_leaves_a_report(self):
+        process = self.start(*SMALL)
+        pids = [int(self.wait_for_event(rf"{name} +started pid (\d+)", process)[0]) for name in ("player-2", "dpgo-0", "logger-air")]
+        time.sleep(1.0)
+        process.send_signal(signal.SIGINT)
+        self.finish(process, 130)
+        report = self.report()
+        self.assertFalse(report["complete"])
+        self.assertTrue(report["missing"])
+        for pid in pids:
+            self.assertFalse(os.path.exists(f"/proc/{pid}"), f"process {pid} lives on")
+
+    def test_refusals(self):
+        for arguments, sentence in ((["--world", "moon"], "expected one of grid, tunnels"),
+                                    (["--world", "tunnels", "--data", "/nowhere"], "take --world grid, which needs no data"),
+                                    (["--radio", "/nowhere.yaml"], "no such file"),
+                                    (["--robots", "0"], "not between 1 and 20"),
+                                    (["--robots", "6", "--seconds", "4"], "too few for 6 robots to meet")):
+            self.assertIn(sentence, self.finish(self.start(*arguments), 2))
+
+
+if __name__ == "__main__":
+    sys.dont_write_bytecode = True
+    unittest.main()
