@@ -24,7 +24,7 @@ struct Range {
 };
 
 // Keeps what is a point or a line from being magnified without end.
-constexpr double kSmallestExtent_m = 0.1;
+constexpr double kSmallestExtent = 0.1;  // metres
 
 // centre_C: the camera's place in axes that are parallel to C and meet in W's origin.
 SE3 look(const Eigen::Matrix3d& R_C_W, const Eigen::Vector3d& centre_C) {
@@ -78,11 +78,11 @@ Camera top_camera(std::span<const Eigen::Vector3d> points_W, const Frame& frame,
   camera.height = size.height;
   camera.cx = 0.5 * (frame.left + frame.right);
   camera.cy = 0.5 * (frame.top + frame.bottom);
-  camera.fx = std::min((frame.right - frame.left) / std::max(x.length(), kSmallestExtent_m),
-                       (frame.bottom - frame.top) / std::max(y.length(), kSmallestExtent_m));
+  camera.fx = std::min((frame.right - frame.left) / std::max(x.length(), kSmallestExtent),
+                       (frame.bottom - frame.top) / std::max(y.length(), kSmallestExtent));
   camera.fy = camera.fx;
   const Eigen::Matrix3d R_C_W = Eigen::Vector3d(1.0, -1.0, -1.0).asDiagonal();
-  const double reach = 0.05 * std::max({x.length(), y.length(), z.length(), kSmallestExtent_m});
+  const double reach = 0.05 * std::max({x.length(), y.length(), z.length(), kSmallestExtent});
   camera.near = reach;
   camera.far = 3.0 * reach + z.length();
   camera.T_C_W = look(R_C_W, R_C_W * Eigen::Vector3d(x.centre(), y.centre(), z.high + 2.0 * reach));
@@ -133,7 +133,7 @@ Camera oblique_camera(std::span<const Eigen::Vector3d> points_W, const Frame& fr
     y.lower.add(p.y() - y.low * p.z());
     z.add(p.z());
   }
-  const double nearest = kSmallestExtent_m * options.focal - z.low;
+  const double nearest = kSmallestExtent * options.focal - z.low;
   const double d = std::max({x.distance(), y.distance(), nearest});
   camera.T_C_W = look(R_C_W, {x.place(d), y.place(d), -d});
   camera.near = 0.5 * (d + z.low);
