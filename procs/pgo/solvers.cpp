@@ -83,7 +83,7 @@ Solution solve_dgnc_naive(const pgo::PoseGraph& graph, const SolverOptions& opti
 }  // namespace
 
 const std::vector<Solver>& all_solvers() {
-  static const std::vector<Solver> solvers = {
+  static const std::vector<Solver> kSolvers = {
       {"l2", "central least squares from a chordal start", false, solve_l2},
       {"gnc", "central graduated non-convexity from odometry, robots aligned robustly", true, solve_gnc},
       {"gnc-naive", "the same, robots aligned by one random loop each", true, solve_gnc_naive},
@@ -91,7 +91,7 @@ const std::vector<Solver>& all_solvers() {
       {"dgnc", "a team's graduated non-convexity over rbcd, robots aligned robustly", true, solve_dgnc},
       {"dgnc-naive", "the same, robots aligned by one random loop each", true, solve_dgnc_naive},
   };
-  return solvers;
+  return kSolvers;
 }
 
 }  // namespace covey
