@@ -7,13 +7,13 @@ import shutil
 import subprocess
 import sys
 
-from covey_tools import places, report, report_page, team_sheet, worlds
+from covey_tools import places, report, report_page, report_words, team_sheet, worlds
 from covey_tools.errors import Failure, InputError
 from covey_tools.team_run import TeamRun
 
 DESCRIPTION = """Runs a team of robots, every process of theirs and the radio between them, and measures what came out.
 
-Sets up and builds first. The robots' processes run from a process sheet in a private network; the demo ends when everything
+Sets up and builds first. The robots' processes run from a process sheet in a private network; the demo ends when all
 that the robots have is solved in one round that all of them took part in."""
 
 EPILOG = """worlds (configs/worlds)
@@ -21,64 +21,79 @@ EPILOG = """worlds (configs/worlds)
   tunnels   the real pose graph of eight robots, from DATA/pose_graphs/tunnels
 
 output, in --out
-  report.html            to look at; report.json: the same figures and more
-  traj/                  robot<i>_vio.tum: odometry alone; robot<i>_team.tum: the team's solution; stamps in s, poses in W
-  snapshots/             pictures before and after
-  logs/                  every bus as an LCM log: robot<i>.lcm, air.lcm (the radio); processes/: what each process printed
-  demo.procman           the sheet that was run; graph/: the pose graph; state/: what the processes would read after a restart
+  report.html    to look at; report.json: the same figures and more
+  traj/          robot<i>_vio.tum: odometry alone; robot<i>_team.tum: the team's solution (stamps in s, poses in W)
+  snapshots/     pictures before and after
+  logs/          every bus as an LCM log: robot<i>.lcm, air.lcm (the radio); processes/: what each process printed
+  demo.procman   the sheet that was run; graph/: the pose graph; state/: what processes read after a restart
 
-exit codes: 0 done, 1 not everything was solved in time, or a program failed (the report says what is missing), 2 wrong usage or
-input, 130 interrupted (the report is written)."""
+exit codes: 0 done; 1 not everything was solved in time, or a program failed (the report says what is missing);
+2 wrong usage or input; 130 interrupted (the report is written)"""
 
-OUTPUTS = ("report.json", "report.html", "demo.procman", "results.lcm", "graph", "traj", "snapshots", "logs", "state", "central")
+# What a run leaves in --out, and the next one replaces.
+OUTPUTS = ("report.json", "report.html", "demo.procman", "results.lcm", "graph", "traj", "snapshots", "logs", "state",
+           "central")
 
 
 def main(arguments=None):
     options = _parse(arguments)
-    world = worlds.load(options.world)
-    world.robots = options.robots or world.robots
-    world.seconds = options.seconds or world.seconds
-    world.speed = options.speed or world.speed
-    if not os.path.exists(options.radio):
-        raise InputError(f"--radio {options.radio}: no such file; expected one like those in configs/radio")
-    worlds.check(world, options.data)
+    world = _world(options)
     if not options.no_build:
         _set_up_and_build()
     out = _empty_output(options.out)
     robots = worlds.prepare_graph(world, options.seed, options.data, os.path.join(out, "graph"))
     outcome = _run_team(world, robots, options, out)
     print("\ndemo: measuring what came out", flush=True)
-    facts = report.make(out, world, robots, outcome, options)
+    facts = report.make(report.Run(out, world, robots, outcome, options.radio, options.seed))
     report_page.write(out, facts)
-    print(report.table(facts))
+    print(report_words.table(facts))
     print(f"\n{os.path.join(out, 'report.html')}")
+    return _conclude(outcome, facts)
+
+
+def _conclude(outcome, facts):
     for sentence in outcome.missing:
-        print(f"demo: missing: {sentence}")
-    if outcome.reason not in ("done", "interrupted"):
-        print("demo: " + ("the time was up" if outcome.reason == "time" else outcome.reason), file=sys.stderr)
+        print(f"demo: missing: {sentence}", file=sys.stderr)
     if outcome.reason == "interrupted":
         return 130
+    if outcome.reason != "done":
+        print(f"demo: {'the time was up' if outcome.reason == 'time' else outcome.reason}", file=sys.stderr)
     return 0 if outcome.reason == "done" and not facts["notes"] else 1
 
 
 def _parse(arguments):
+    here = places.ROOT
     parser = argparse.ArgumentParser(prog="demo", description=DESCRIPTION, epilog=EPILOG,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--world", default="grid", metavar="W", help=f"{' | '.join(worlds.names())} (default grid)")
-    parser.add_argument("--robots", type=_count, metavar="N", help="how many (default: the world's)")
-    parser.add_argument("--seconds", type=_positive, metavar="S", help="of data; pose-graph worlds have a keyframe a second")
-    parser.add_argument("--radio", default=os.path.join(places.ROOT, "configs", "radio", "ideal.yaml"), metavar="FILE",
-                        help="the radio's quality, such as configs/radio/lossy.yaml (default: ideal)")
-    parser.add_argument("--data", default=os.environ.get("COVEY_DATA", os.path.join(places.ROOT, "..", "shared", "data")), metavar="DIR",
-                        help="recorded data (default $COVEY_DATA, else ../shared/data)")
-    parser.add_argument("--out", default=os.path.join("out", "demo"), metavar="DIR", help="default out/demo; what an earlier run left there is replaced")
-    parser.add_argument("--speed", type=_positive, metavar="X", help="seconds of data in a second (default: the world's)")
-    parser.add_argument("--seed", type=int, default=1, help="of simulated worlds (default 1)")
-    parser.add_argument("--patience", type=_positive, metavar="S", help="to wait for the end after the data (default: the world's)")
-    parser.add_argument("--namespace", choices=["auto", "private", "in-place"], default="auto",
-                        help="private: fail where no private network can be had (default auto)")
-    parser.add_argument("--no-build", action="store_true", help="take what bin/build made before")
+    add = parser.add_argument
+    add("--world", default="grid", metavar="W", help=f"{' | '.join(worlds.names())} (default grid)")
+    add("--robots", type=_count, metavar="N", help="how many (default: the world's)")
+    add("--seconds", type=_positive, metavar="S", help="of data; pose-graph worlds have a keyframe a second")
+    add("--radio", default=os.path.join(here, "configs", "radio", "ideal.yaml"), metavar="FILE",
+        help="the radio's quality, such as configs/radio/lossy.yaml (default: ideal)")
+    add("--data", default=os.environ.get("COVEY_DATA", os.path.join(here, "..", "shared", "data")), metavar="DIR",
+        help="recorded data (default $COVEY_DATA, else ../shared/data)")
+    add("--out", default=os.path.join("out", "demo"), metavar="DIR",
+        help="default out/demo; what an earlier run left there is replaced")
+    add("--speed", type=_positive, metavar="X", help="seconds of data in a second (default: the world's)")
+    add("--seed", type=int, default=1, help="of simulated worlds (default 1)")
+    add("--patience", type=_positive, metavar="S", help="to wait for the end after the data (default: the world's)")
+    add("--namespace", choices=["auto", "private", "in-place"], default="auto",
+        help="private: fail where no private network can be had (default auto)")
+    add("--no-build", action="store_true", help="take what bin/build made before")
     return parser.parse_args(arguments)
+
+
+def _world(options):
+    world = worlds.load(options.world)
+    world.robots = options.robots or world.robots
+    world.seconds = options.seconds or world.seconds
+    world.speed = options.speed or world.speed
+    world.patience_s = options.patience or world.patience_s
+    if not os.path.exists(options.radio):
+        raise InputError(f"--radio {options.radio}: no such file; expected one like those in configs/radio")
+    worlds.check(world, options.data)
+    return world
 
 
 def _count(text):
@@ -124,10 +139,12 @@ def _run_team(world, robots, options, out):
     sheet = os.path.join(out, "demo.procman")
     team_sheet.write(sheet, world.robots, {"OUT": out, "WORLD": world.file, "RADIO": os.path.abspath(options.radio),
                                            "GRAPH": os.path.join(out, "graph"), "SPEED": f"{world.speed:g}"})
-    longest = max(robot.keyframes for robot in robots)
-    loops = (sum(robot.loops for robot in robots) + sum(robot.own_loops for robot in robots)) // 2
-    print(f"demo: world {world.name}: {world.robots} robots, {sum(robot.keyframes for robot in robots)} keyframes, {loops} loop closures, "
-          f"{longest} s of data at {world.speed:g} times its speed, radio {os.path.basename(options.radio)}")
-    limit_s = longest / world.speed + (options.patience or world.patience_s)
-    run = TeamRun(sheet, robots, os.path.join(out, "logs", "processes"), os.path.join(out, "results.lcm"), limit_s, options.namespace)
+    seconds = max(robot.keyframes for robot in robots)
+    keyframes = sum(robot.keyframes for robot in robots)
+    loops = sum(robot.loops + robot.own_loops for robot in robots) // 2
+    print(f"demo: world {world.name}: {world.robots} robots, {keyframes} keyframes, {loops} loop closures, "
+          f"{seconds} s of data at {world.speed:g} times its speed, radio {os.path.basename(options.radio)}",
+          flush=True)
+    run = TeamRun(sheet, robots, os.path.join(out, "logs", "processes"), os.path.join(out, "results.lcm"),
+                  seconds / world.speed + world.patience_s, options.namespace)
     return run.run()

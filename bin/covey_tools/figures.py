@@ -1,37 +1,55 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The plots of a demo's report, by matplotlib, as PNG."""
 
+from dataclasses import dataclass
+
 import matplotlib
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402
+from matplotlib.collections import LineCollection  # noqa: E402
 
 COLOURS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#7f3b08", "#4d4d4d", "#b2182b", "#5e4fa2"]
-MODULES = ("place_recognition", "geometric_verification", "dpgo", "control")
+_KEPT, _REJECTED, _TRUTH = "#2a9d3a", "#e03131", "#b8b8b8"
+_MODULES = ("place_recognition", "geometric_verification", "dpgo", "control")
 
 plt.rcParams.update({"font.family": "sans-serif", "font.size": 9, "axes.spines.top": False, "axes.spines.right": False,
                      "axes.grid": True, "grid.color": "#e6e6e6", "axes.axisbelow": True, "figure.dpi": 110})
+
+
+@dataclass
+class Closure:
+    x0: float
+    y0: float
+    x1: float
+    y1: float
+    kept: bool
+
+
+@dataclass
+class Panel:
+    title: str
+    ways: dict  # robot -> trajectory
+    closures: list
 
 
 def colour(robot):
     return COLOURS[robot % len(COLOURS)]
 
 
-def trajectories(path, panels, truths):
-    """Plan views side by side. panels: [(title, {robot: trajectory}, closures or [])], in one frame and one scale; truths:
-    {robot: trajectory}, drawn in grey below, or {}. Closures: (x0, y0, x1, y1, accepted)."""
-    figure, axes = plt.subplots(1, len(panels), figsize=(5.2 * len(panels), 5.2), sharex=True, sharey=True, squeeze=False)
-    for axis, (title, robots, closures) in zip(axes[0], panels):
-        for robot, trajectory in truths.items():
-            axis.plot(*_plan(trajectory), color="#b8b8b8", linewidth=3.0, solid_capstyle="round", label="truth" if robot == 0 else None)
-        for x0, y0, x1, y1, accepted in closures:
-            axis.plot([x0, x1], [y0, y1], color="#2a9d3a" if accepted else "#e03131", linewidth=0.6, alpha=0.6 if accepted else 0.25,
-                      zorder=2)
-        for robot, trajectory in robots.items():
-            x, y = _plan(trajectory)
+def plan(path, panels, truths):
+    """The panels side by side, seen from above, in one scale; truths: {robot: trajectory}, grey below, or {}."""
+    size = (5.2 * len(panels), 5.2)
+    figure, axes = plt.subplots(1, len(panels), figsize=size, sharex=True, sharey=True, squeeze=False)
+    for axis, panel in zip(axes[0], panels):
+        for robot, way in truths.items():
+            axis.plot(*_xy(way), color=_TRUTH, linewidth=3.0, label="truth" if robot == 0 else None)
+        _draw_closures(axis, panel.closures)
+        for robot, way in panel.ways.items():
+            x, y = _xy(way)
             axis.plot(x, y, color=colour(robot), linewidth=1.3, label=f"robot {robot}", zorder=3)
             axis.plot(x[0], y[0], "o", color=colour(robot), markersize=5, markeredgecolor="white", zorder=4)
-        axis.set_title(title, fontsize=10, loc="left")
+        axis.set_title(panel.title, fontsize=10, loc="left")
         axis.set_aspect("equal")
         axis.set_xlabel("x (m)")
     axes[0][0].set_ylabel("y (m)")
@@ -41,27 +59,35 @@ def trajectories(path, panels, truths):
     _save(figure, path)
 
 
-def cost_by_round(path, rounds, reference_cost):
-    """rounds: [(s, cost)] of finished rounds; the central solver's cost as a line where it is known."""
+def _draw_closures(axis, closures):
+    """Fainter where there are thousands of them, so that the robots' ways stay visible."""
+    for kept, colour_of, strongest in ((False, _REJECTED, 0.3), (True, _KEPT, 0.7)):
+        lines = [((each.x0, each.y0), (each.x1, each.y1)) for each in closures if each.kept == kept]
+        alpha = max(0.06, min(strongest, 60.0 * strongest / max(1, len(lines))))
+        axis.add_collection(LineCollection(lines, colors=colour_of, linewidths=0.7, alpha=alpha, zorder=2))
+
+
+def cost_by_round(path, rounds, central_cost):
+    """rounds: [(s, cost)]; the central solver's cost as a line where it is known."""
     figure, axis = plt.subplots(figsize=(5.2, 2.8))
-    if rounds:
-        axis.plot([each[0] for each in rounds], [each[1] for each in rounds], "o-", color=COLOURS[0], markersize=4, linewidth=1.2,
-                  label="distributed, end of each round")
-    if reference_cost is not None:
-        axis.axhline(reference_cost, color=COLOURS[1], linewidth=1.0, linestyle="--", label="central, all data")
+    seconds, costs = zip(*rounds)
+    axis.plot(seconds, costs, "o-", color=COLOURS[0], markersize=4, linewidth=1.2, label="team, end of each round")
+    if central_cost is not None:
+        axis.axhline(central_cost, color=COLOURS[1], linewidth=1.0, linestyle="--", label="central, all data")
     axis.set_xlabel("s since the data began")
     axis.set_ylabel("robust cost")
+    axis.set_xlim(left=0)
     axis.set_ylim(bottom=0)
-    axis.legend(frameon=False, fontsize=8)
+    axis.legend(frameon=False, fontsize=8, loc="lower right")
     figure.tight_layout()
     _save(figure, path)
 
 
 def bytes_by_module(path, sums):
     """sums: module -> bytes."""
-    figure, axis = plt.subplots(figsize=(5.2, 1.9))
-    names = [name for name in MODULES if sums.get(name)] or ["dpgo"]
+    names = [name for name in _MODULES if sums.get(name)] or ["dpgo"]
     kilobytes = [sums.get(name, 0) / 1e3 for name in names]
+    figure, axis = plt.subplots(figsize=(5.2, 1.1 + 0.4 * len(names)))
     axis.barh([name.replace("_", " ") for name in names], kilobytes, color=COLOURS[2], height=0.6)
     for index, value in enumerate(kilobytes):
         axis.text(value, index, f" {value:,.0f} kB", va="center", fontsize=8)
@@ -73,8 +99,8 @@ def bytes_by_module(path, sums):
     _save(figure, path)
 
 
-def _plan(trajectory):
-    return [pose[1][0] for _, pose in trajectory], [pose[1][1] for _, pose in trajectory]
+def _xy(way):
+    return [t[0] for _, (_, t) in way], [t[1] for _, (_, t) in way]
 
 
 def _save(figure, path):

@@ -67,4 +67,6 @@ def read_tum(path):
 def write_tum(path, trajectory):
     with open(path, "w", encoding="ascii") as file:
         for stamp, (q, t) in trajectory:
-            file.write(f"{stamp:.6f} {t[0]:.9f} {t[1]:.9f} {t[2]:.9f} {q[1]:.12f} {q[2]:.12f} {q[3]:.12f} {q[0]:.12f}\n")
+            position = " ".join(f"{each:.9f}" for each in t)
+            rotation = " ".join(f"{each:.12f}" for each in (q[1], q[2], q[3], q[0]))
+            file.write(f"{stamp:.6f} {position} {rotation}\n")

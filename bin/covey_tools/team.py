@@ -1,12 +1,16 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """A team of robots seen through the STATUS of their processes: what each has, how far it is, whether it is done."""
 
+from collections import namedtuple
 from dataclasses import dataclass, field
+
+# When (s since the data began) a robot said that a round was over; `members` took part, `cost` is the robot's share.
+Round = namedtuple("Round", "elapsed_s robot number members cost")
 
 
 @dataclass
 class Said:
-    """The last STATUS of a process, and its counters over all its runs: a process that is killed and respawned counts from 0."""
+    """The last STATUS of a process, and its counters over all its runs: a respawned process counts from 0."""
 
     start_utime: int = 0
     phase: str = ""
@@ -19,13 +23,16 @@ class Said:
         if status.start_utime < self.start_utime:
             return  # an old run's last word, late
         if self.start_utime and status.start_utime > self.start_utime:
-            self._before = {name: self.total(name) for name in {**self._before, **self.counters}}
-            self.counters = {}
+            self._before = {name: self.total(name) for name in self.names()}
             self.restarts += 1
         self.start_utime = status.start_utime
         self.phase = status.phase
         self.counters = dict(zip(status.counter_names, status.counter_values))
         self.gauges = dict(zip(status.gauge_names, status.gauge_values))
+
+    def gauge(self, name):
+        """As a whole number; 0 where it was never said."""
+        return int(self.gauges.get(name, 0))
 
     def total(self, name):
         return self._before.get(name, 0) + self.counters.get(name, 0)
@@ -39,31 +46,33 @@ class Team:
 
     def __init__(self, robots):
         self.robots = robots
-        self.rounds = []  # (s since the start of the data, robot, round, robots in it, its share of the cost), as they were said
+        self.rounds = []  # of Round, as they were said
+        self.common_frame_s = None  # when the first round with everybody in it was over
+        self.last_round_s = {}  # robot -> how long its last finished round took
         self._said = {}  # (process, robot) -> Said
         self._start_s = None
-        self.common_frame_s = None  # when the first round with everybody in it was over
         self._round_began_s = {}  # robot -> when
-        self.last_round_s = {}  # robot -> how long its last finished round took
 
     def take(self, status, now_s):
         said = self._said.setdefault((status.process, status.robot), Said())
-        before, phase_before = said.gauges.get("round"), said.phase
+        round_before, phase_before = said.gauges.get("round"), said.phase
         said.take(status)
-        if status.process == "dpgo" and said.phase == "round" != phase_before:
-            self._round_began_s[status.robot] = now_s
         if status.process == "player" and self._start_s is None:
             self._start_s = now_s
-        if status.process == "dpgo" and self._start_s is not None and said.gauges.get("round") not in (None, before):
-            self._note_round(status.robot, said.gauges, now_s)
+        if status.process != "dpgo" or self._start_s is None:
+            return
+        if said.phase == "round" != phase_before:
+            self._round_began_s[status.robot] = now_s
+        if said.gauges.get("round") not in (None, round_before):
+            self._note_round(status.robot, said, now_s)
 
-    def _note_round(self, robot, gauges, now_s):
-        elapsed_s = now_s - self._start_s
+    def _note_round(self, robot, said, now_s):
         if robot in self._round_began_s:
             self.last_round_s[robot] = now_s - self._round_began_s.pop(robot)
-        self.rounds.append((elapsed_s, robot, int(gauges["round"]), int(gauges.get("robots", 0)), gauges.get("cost")))
-        if self.common_frame_s is None and gauges.get("robots") == len(self.robots):
-            self.common_frame_s = elapsed_s
+        members = said.gauge("robots")
+        self.rounds.append(Round(self.elapsed_s(now_s), robot, said.gauge("round"), members, said.gauges.get("cost")))
+        if self.common_frame_s is None and members == len(self.robots):
+            self.common_frame_s = self.elapsed_s(now_s)
 
     def said(self, process, robot):
         return self._said.get((process, robot), Said())
@@ -74,33 +83,31 @@ class Team:
 
     def missing(self):
         """Sentences: what stands between the team and a solution of all it has. Empty: done."""
-        sentences = []
-        rounds = {self.said("dpgo", robot.id).gauges.get("round") for robot in self.robots}
-        for robot in self.robots:
-            said = self.said("dpgo", robot.id)
-            if not said.phase:
-                sentences.append(f"robot {robot.id}: dpgo has not been heard")
-                continue
-            for what, expected in (("keyframes", robot.keyframes), ("loops", robot.loops)):
-                solved = int(said.gauges.get(f"solved_{what}", 0))
-                if solved < expected:
-                    sentences.append(f"robot {robot.id}: {solved} of {expected} {what} solved")
-            if int(said.gauges.get("robots", 0)) < len(self.robots):
-                sentences.append(f"robot {robot.id}: {int(said.gauges.get('robots', 0))} of {len(self.robots)} robots in its last round")
-            if said.phase != "idle":
-                sentences.append(f"robot {robot.id}: dpgo is {said.phase}")
+        sentences = [sentence for robot in self.robots for sentence in self._missing_of(robot)]
+        rounds = sorted({self.said("dpgo", robot.id).gauge("round") for robot in self.robots})
         if not sentences and len(rounds) > 1:
-            sentences.append(f"the robots' last rounds differ: {', '.join(str(int(each)) for each in sorted(rounds))}")
+            sentences.append(f"the robots' last rounds differ: {', '.join(map(str, rounds))}")
         return sentences
+
+    def _missing_of(self, robot):
+        said = self.said("dpgo", robot.id)
+        if not said.phase:
+            return [f"robot {robot.id}: dpgo has not been heard"]
+        wanted = (("solved_keyframes", robot.keyframes, "keyframes solved"),
+                  ("solved_loops", robot.loops, "loops solved"),
+                  ("robots", len(self.robots), "robots in its last round"))
+        sentences = [f"robot {robot.id}: {said.gauge(name)} of {number} {what}"
+                     for name, number, what in wanted if said.gauge(name) < number]
+        return sentences + ([f"robot {robot.id}: dpgo is {said.phase}"] if said.phase != "idle" else [])
 
     def costs(self):
         """[(s, cost)] of the rounds that every robot ended: the shares put together, when the last one was said."""
         shares = {}
-        for elapsed_s, robot, number, members, cost in self.rounds:
-            if members == len(self.robots) and cost is not None:
-                shares.setdefault(number, {})[robot] = (elapsed_s, cost)
-        return sorted((max(each[0] for each in said.values()), sum(each[1] for each in said.values()))
-                      for said in shares.values() if len(said) == len(self.robots))
+        for each in self.rounds:
+            if each.members == len(self.robots) and each.cost is not None:
+                shares.setdefault(each.number, {})[each.robot] = each
+        whole = [list(said.values()) for said in shares.values() if len(said) == len(self.robots)]
+        return sorted((max(each.elapsed_s for each in said), sum(each.cost for each in said)) for said in whole)
 
     def radio_bytes(self):
         """Bytes that the bridges say they sent, by module, over all robots and restarts."""
@@ -115,17 +122,17 @@ class Team:
 
     def restarts(self):
         """"process-robot" -> how often it was started again."""
-        return {f"{process}-{robot}": said.restarts for (process, robot), said in sorted(self._said.items()) if said.restarts}
+        return {f"{process}-{robot}": said.restarts
+                for (process, robot), said in sorted(self._said.items()) if said.restarts}
 
     def rows(self):
         """The progress as lines of text, one per robot."""
-        lines = [f"{'robot':>5}  {'keyframes':>9}  {'loops':>11}  {'solved':>11}  {'kept':>5}  {'round':>5}  {'team':>4}  {'cost':>9}  dpgo"]
+        lines = ["robot  keyframes        loops       solved   kept  round  team       cost  dpgo"]
         for robot in self.robots:
             said = self.said("dpgo", robot.id)
-            value = {name: int(said.gauges.get(name, 0)) for name in
-                     ("keyframes", "loops", "solved_keyframes", "solved_loops", "kept_loops", "round", "robots")}
-            solved = f"{value['solved_keyframes']}+{value['solved_loops']}"
-            lines.append(f"{robot.id:5}  {value['keyframes']:4}/{robot.keyframes:<4}  {value['loops']:5}/{robot.loops:<5}  {solved:>11}  "
-                         f"{value['kept_loops']:5}  {value['round']:5}  {value['robots']:4}  {said.gauges.get('cost', 0.0):9.1f}  "
+            has = f"{said.gauge('keyframes'):4}/{robot.keyframes:<4}  {said.gauge('loops'):5}/{robot.loops:<5}"
+            solved = f"{said.gauge('solved_keyframes')}+{said.gauge('solved_loops')}"
+            last = f"{said.gauge('kept_loops'):5}  {said.gauge('round'):5}  {said.gauge('robots'):4}"
+            lines.append(f"{robot.id:5}  {has}  {solved:>11}  {last}  {said.gauges.get('cost', 0.0):9.1f}  "
                          f"{said.phase or '-'}")
         return lines

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""One run of a team: its sheet in a private network, watched until everything is solved, told to stop, collected."""
+"""One run of a team: its sheet in a private network, watched until everything is solved, then told to stop."""
 
 import os
 import signal
@@ -31,7 +31,7 @@ class Outcome:
 
 
 class TeamRun:
-    """`limit_s`: wall time after which it ends with what there is."""
+    """`logs`: folder for what the processes print; `results`: file for RESULT_CHANNELS; ends after `limit_s`."""
 
     def __init__(self, sheet, robots, logs, results, limit_s, network_mode):
         self._sheet = sheet
@@ -52,7 +52,8 @@ class TeamRun:
         network = namespace.hold(self._mode)
         try:
             if network.pid is not None:
-                print(f"demo: private network of process {network.pid}; look inside: bin/rates --join {network.pid} --robot 0")
+                print(f"demo: private network of process {network.pid}; look inside: "
+                      f"bin/rates --join {network.pid} --robot 0")
             self._listen(network)
             self._start(network)
             self._loop.run()
@@ -64,8 +65,7 @@ class TeamRun:
 
     def _listen(self, network):
         addresses = [bus.robot_bus(robot.id) for robot in self._team.robots]
-        sockets = network.open_sockets(lambda: [bus.open_bus(*address) for address in addresses])
-        for each in sockets:
+        for each in network.open_sockets(lambda: [bus.open_bus(*address) for address in addresses]):
             each.setblocking(False)
             self._loop.on_readable(each, self._reader(each, bus.Receiver()))
         for number in (signal.SIGINT, signal.SIGTERM):
@@ -93,21 +93,23 @@ class TeamRun:
     def _start(self, network):
         parent = os.getpid()
 
-        def prepare():
+        def prepare():  # in the child
             network.join()
             namespace.die_with_parent(parent, signal.SIGTERM)
 
-        command = [os.path.join(places.ROOT, "bin", "sheet"), self._sheet, "start", "go", "--namespace", "in-place", "--logs", self._logs]
-        self._child = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, start_new_session=True,
-                                       preexec_fn=prepare)
+        sheet = os.path.join(places.ROOT, "bin", "sheet")
+        self._child = subprocess.Popen(
+            [sheet, self._sheet, "start", "go", "--namespace", "in-place", "--logs", self._logs],
+            stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, start_new_session=True, preexec_fn=prepare)
 
     def _tick(self):
         self._loop.after(REFRESH_S, self._tick)
+        elapsed_s = self._loop.now() - self._begun
         if self._child.poll() is not None:
             self._end(f"bin/sheet ended with {self._child.returncode}; see {self._logs}/events.txt")
-        elif self._loop.now() - self._begun > START_PATIENCE_S and self._unheard():
+        elif elapsed_s > START_PATIENCE_S and self._unheard():
             self._end("a process cannot start: " + "; ".join(self._unheard()))
-        elif self._loop.now() - self._begun > self._limit_s:
+        elif elapsed_s > self._limit_s:
             self._end("time")
         elif self._live or self._loop.now() - self._shown >= PLAIN_REFRESH_S:
             self._show()
@@ -115,16 +117,17 @@ class TeamRun:
     def _unheard(self):
         """Who has never said STATUS, with the last line of its log."""
         names = [(process, robot.id) for robot in self._team.robots for process in ("dpgo", "radio_bridge", "player")]
-        return [f"{process}-{robot}: {last_log_line(os.path.join(self._logs, f'{process}-{robot}.log'))}" for process, robot in names
-                if not self._team.said(process, robot).phase]
+        silent = [f"{process}-{robot}" for process, robot in names if not self._team.said(process, robot).phase]
+        return [f"{name}: {last_log_line(os.path.join(self._logs, f'{name}.log'))}" for name in silent]
 
     def _end(self, reason):
         if self._outcome.reason:
             return
+        played = [self._team.said("player", robot.id).gauges.get("played_s", 0.0) for robot in self._team.robots]
         self._outcome.reason = reason
         self._outcome.missing = self._team.missing()
         self._outcome.wall_s = self._team.elapsed_s(self._loop.now())
-        self._outcome.data_s = max([0.0] + [self._team.said("player", robot.id).gauges.get("played_s", 0.0) for robot in self._team.robots])
+        self._outcome.data_s = max(played)
         self._show()
         self._loop.stop()
 
@@ -145,7 +148,7 @@ class TeamRun:
         self._child.send_signal(signal.SIGINT)
         deadline = time.monotonic() + STOP_PATIENCE_S
         while self._child.poll() is None and time.monotonic() < deadline:
-            self._loop.after(0.1, self._loop.stop)  # dpgo's last words are still to be written down
+            self._loop.after(0.1, self._loop.stop)  # the robots' last words are still to be written down
             self._loop.run()
         if self._child.poll() is None:
             self._child.kill()

@@ -37,7 +37,8 @@ def write(path, robots, values):
 def _fill(text, values):
     for name, value in values.items():
         if any(each in str(value) for each in "'\"\\\n$`"):
-            raise InputError(f"'{value}': a path with quotes, backslashes or dollars cannot stand in a sheet; choose another")
+            raise InputError(f"'{value}': a path with quotes, backslashes or dollars cannot stand in a sheet; "
+                             "choose another")
         text = text.replace(f"@{name}@", str(value))
     return text
 

@@ -44,8 +44,8 @@ def load(name):
         raise InputError(f"--world {name}: no such world; expected one of {', '.join(names())}")
     file = os.path.join(FOLDER, f"{name}.yaml")
     demo, dpgo = read_section(file, "demo"), read_section(file, "dpgo")
-    return World(name, file, int(demo["robots"]), float(demo["seconds"]), float(demo["speed"]), float(demo["patience_s"]),
-                 float(dpgo["barc2"]))
+    return World(name, file, robots=int(demo["robots"]), seconds=float(demo["seconds"]), speed=float(demo["speed"]),
+                 patience_s=float(demo["patience_s"]), barc2=float(dpgo["barc2"]))
 
 
 def read_section(file, section):
@@ -65,8 +65,8 @@ def read_section(file, section):
 def check(world, data):
     """InputError where the world needs data that is not there."""
     if world.name == "tunnels" and not os.path.isdir(_recorded(data)):
-        raise InputError(f"{os.path.normpath(_recorded(data))}: no such folder; give --data the folder that has pose_graphs/tunnels, or "
-                         "take --world grid, which needs no data")
+        raise InputError(f"{os.path.normpath(_recorded(data))}: no such folder; give --data the folder that has "
+                         "pose_graphs/tunnels, or take --world grid, which needs no data")
 
 
 def _recorded(data):
@@ -95,13 +95,15 @@ def _cut(source, world, folder):
             writer = csv.DictWriter(out, reader.fieldnames, lineterminator="\n")
             writer.writeheader()
             for row in reader:
-                if all(int(row[f"robot_{end}"]) < world.robots and int(row[f"pose_{end}"]) < world.seconds for end in ("src", "dst")):
+                robots = int(row["robot_src"]), int(row["robot_dst"])
+                poses = int(row["pose_src"]), int(row["pose_dst"])
+                if max(robots) < world.robots and max(poses) < world.seconds:
                     writer.writerow(row)
 
 
 def _simulate(world, seed, folder):
-    programs.run("sim", ["--world", world.name, "--robots", str(world.robots), "--seconds", f"{world.seconds:g}", "--seed", str(seed),
-                         "--config", world.file, "--graph", folder])
+    programs.run("sim", ["--world", world.name, "--robots", str(world.robots), "--seconds", f"{world.seconds:g}",
+                         "--seed", str(seed), "--config", world.file, "--graph", folder])
 
 
 def _read_robot(folder, robot_id):
@@ -110,11 +112,13 @@ def _read_robot(folder, robot_id):
     robot.truth = truth if os.path.exists(truth) else ""
     with open(robot.file, encoding="ascii", newline="") as file:
         for row in csv.DictReader(file):
-            source, target = (int(row["robot_src"]), int(row["pose_src"])), (int(row["robot_dst"]), int(row["pose_dst"]))
-            if source[0] == target[0] == robot_id and target[1] == source[1] + 1 and row["is_known_inlier"] == "1":
+            source_robot, source_pose, target_robot, target_pose = (
+                int(row[name]) for name in ("robot_src", "pose_src", "robot_dst", "pose_dst"))
+            own = source_robot == target_robot
+            if own and target_pose == source_pose + 1:
                 robot.steps.append([float(row[name]) for name in ("qx", "qy", "qz", "qw", "tx", "ty", "tz")])
             else:
                 robot.loops += 1
-                robot.own_loops += source[0] == target[0]
+                robot.own_loops += own
     robot.keyframes = len(robot.steps) + 1
     return robot

@@ -48,6 +48,8 @@ class LastRound {
 std::map<int, LastRound> read_last_rounds(const std::vector<std::filesystem::path>& logs) {
   std::map<int, LastRound> rounds;
   for (const auto& file : logs) {
+    std::error_code unreadable;  // LogReader says so
+    if (std::filesystem::file_size(file, unreadable) == 0 && !unreadable) continue;
     LogReader log(file.string(), [&](const std::string& channel, const Bytes& bytes) {
       loop_weights_t message{};
       if (channel == kLoopWeights.name && decode(bytes, message)) rounds[message.robot].take(message);

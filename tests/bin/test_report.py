@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """bin/demo's bookkeeping and report, from canned words and files."""
 
-import argparse
 import json
 import os
 import types
@@ -19,8 +18,9 @@ from covey_tools.team_run import Outcome
 def said(process, robot, phase="idle", start_utime=1, counters=None, gauges=None):
     """As much of a status_t as Team reads."""
     counters, gauges = counters or {}, gauges or {}
-    return types.SimpleNamespace(process=process, robot=robot, phase=phase, start_utime=start_utime, counter_names=list(counters),
-                                 counter_values=list(counters.values()), gauge_names=list(gauges), gauge_values=list(gauges.values()))
+    return types.SimpleNamespace(process=process, robot=robot, phase=phase, start_utime=start_utime,
+                                 counter_names=list(counters), counter_values=list(counters.values()),
+                                 gauge_names=list(gauges), gauge_values=list(gauges.values()))
 
 
 def done_gauges(**changed):
@@ -39,7 +39,8 @@ class TeamTest(unittest.TestCase):
 
     def test_what_is_missing_is_said(self):
         self.team.take(said("dpgo", 0, gauges=done_gauges()), 1.0)
-        for changed, sentence in (({"solved_loops": 3}, "robot 1: 3 of 4 loops solved"), ({"robots": 1}, "robot 1: 1 of 2 robots in its last round"),
+        for changed, sentence in (({"solved_loops": 3}, "robot 1: 3 of 4 loops solved"),
+                                  ({"robots": 1}, "robot 1: 1 of 2 robots in its last round"),
                                   ({"round": 8}, "the robots' last rounds differ: 7, 8")):
             self.team.take(said("dpgo", 1, gauges=done_gauges(**changed)), 1.0)
             self.assertEqual(self.team.missing(), [sentence])
@@ -49,7 +50,8 @@ class TeamTest(unittest.TestCase):
     def test_bytes_are_summed_over_restarts(self):
         for start, sent in ((1, 100), (1, 250), (5, 30), (5, 40)):
             self.team.take(said("radio_bridge", 0, start_utime=start, counters={"sent_bytes/dpgo": sent}), 1.0)
-        self.team.take(said("radio_bridge", 0, start_utime=1, counters={"sent_bytes/dpgo": 999}), 1.0)  # late word of the first run
+        late_word_of_the_first_run = said("radio_bridge", 0, start_utime=1, counters={"sent_bytes/dpgo": 999})
+        self.team.take(late_word_of_the_first_run, 1.0)
         self.team.take(said("radio_bridge", 1, counters={"sent_bytes/dpgo": 1, "sent_bytes/control": 2}), 1.0)
         self.assertEqual(self.team.radio_bytes(), {"dpgo": 291, "control": 2})
         self.assertEqual(self.team.restarts(), {"radio_bridge-0": 1})
@@ -82,13 +84,14 @@ class MotionTest(unittest.TestCase):
 class SheetTest(Folder, unittest.TestCase):
     def test_the_sheet_of_a_run_is_one_that_sheet_takes(self):
         path = os.path.join(self.folder, "demo.procman")
-        team_sheet.write(path, 3, {"OUT": "/tmp/a b", "WORLD": "w.yaml", "RADIO": "r.yaml", "GRAPH": "/tmp/g", "SPEED": "8"})
+        values = {"OUT": "/tmp/a b", "WORLD": "w.yaml", "RADIO": "r.yaml", "GRAPH": "/tmp/g", "SPEED": "8"}
+        team_sheet.write(path, 3, values)
         sheet = read_sheet(path)
         self.assertEqual(len(sheet.commands), 3 * len(team_sheet.PROCESSES) + 1)
         self.assertTrue(all(command.auto_respawn for command in sheet.commands))
         self.assertNotIn("@", "".join(command.exec for command in sheet.commands))
         with self.assertRaisesRegex(InputError, "cannot stand in a sheet"):
-            team_sheet.write(path, 1, {"OUT": "/tmp/it's", "WORLD": "", "RADIO": "", "GRAPH": "", "SPEED": ""})
+            team_sheet.write(path, 1, {**values, "OUT": "/tmp/it's"})
 
 
 class WorldsTest(unittest.TestCase):
@@ -113,11 +116,11 @@ class ReportTest(Folder, unittest.TestCase):
         self.world = worlds.load("grid")
         self.world.seconds = 40.0
         self.robots = worlds.prepare_graph(self.world, 3, "", os.path.join(self.folder, "graph"))
-        self.options = argparse.Namespace(radio="ideal.yaml", seed=3)
 
     def solve(self):
         """The central solution in the place of the team's, with weights that keep every second closure."""
-        central = evaluation.solve_centrally(os.path.join(self.folder, "graph"), self.world.barc2, [robot.keyframes for robot in self.robots],
+        keyframes = [robot.keyframes for robot in self.robots]
+        central = evaluation.solve_centrally(os.path.join(self.folder, "graph"), self.world.barc2, keyframes,
                                              os.path.join(self.folder, "solved"))
         results = lcm_log.Writer(os.path.join(self.folder, "results.lcm"))
         for robot, file in zip(self.robots, central.files):
@@ -153,7 +156,8 @@ class ReportTest(Folder, unittest.TestCase):
         for robot in self.robots:
             team.take(said("dpgo", robot.id, gauges=done_gauges(robots=3)), 9.0)
             team.take(said("radio_bridge", robot.id, counters={"sent_bytes/dpgo": 1000}), 9.0)
-        facts = report.make(self.folder, self.world, self.robots, Outcome(team, "done", [], 10.0, 40.0), self.options)
+        outcome = Outcome(team, "done", [], 10.0, 40.0)
+        facts = report.make(report.Run(self.folder, self.world, self.robots, outcome, "ideal.yaml", 3))
         report_page.write(self.folder, facts)
         with open(os.path.join(self.folder, "report.json"), encoding="utf-8") as file:
             return json.load(file)
@@ -167,7 +171,8 @@ class ReportTest(Folder, unittest.TestCase):
         self.assertAlmostEqual(team["cost_centralized"], central.cost, places=3)
         self.assertAlmostEqual(team["ate_m"], team["ate_centralized_m"], places=4)
         self.assertLess(team["ate_m"], team["ate_vio_m"])
-        self.assertEqual([(pair["a"], pair["b"]) for pair in team["loops"]], [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)])
+        pairs = [(pair["a"], pair["b"]) for pair in team["loops"]]
+        self.assertEqual(pairs, [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)])
         self.assertTrue(all(pair["met"] for pair in team["loops"]))
         self.assertEqual(sum(pair["accepted"] for pair in team["loops"]), team["loops_accepted"])
         self.assertTrue(0 < team["loops_accepted"] < team["loops_total"])

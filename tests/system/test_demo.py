@@ -26,7 +26,8 @@ class Demo(unittest.TestCase):
         self.out = os.path.join(folder.name, "a demo")  # spaces must not matter
 
     def start(self, *arguments):
-        command = [os.path.join(ROOT, "bin", "demo"), "--no-build", "--namespace", "private", "--out", self.out, *arguments]
+        demo = os.path.join(ROOT, "bin", "demo")
+        command = [demo, "--no-build", "--namespace", "private", "--out", self.out, *arguments]
         process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
 
         def end():
@@ -76,9 +77,11 @@ class Demo(unittest.TestCase):
         self.assertLess(team["ate_m"], team["ate_vio_m"])
         self.assertGreater(team["precision"], 0.95)
         self.assertGreater(team["recall"], 0.9)
-        for name in (*(f"traj/robot{robot}_{kind}.tum" for robot in range(3) for kind in ("vio", "team")),
-                     *(f"logs/{log}.lcm" for log in ("robot0", "robot1", "robot2", "air")), "report.html", "snapshots/plan.png",
-                     *(f"snapshots/{stage}_{view}.png" for stage in ("before", "after") for view in ("top", "oblique"))):
+        trajectories = [f"traj/robot{robot}_{kind}.tum" for robot in range(3) for kind in ("vio", "team")]
+        logs = [f"logs/{log}.lcm" for log in ("robot0", "robot1", "robot2", "air")]
+        pictures = [f"snapshots/{name}.png"
+                    for name in ("before_top", "before_oblique", "after_top", "after_oblique", "plan")]
+        for name in (*trajectories, *logs, *pictures, "report.html"):
             self.assertGreater(os.path.getsize(os.path.join(self.out, name)), 500, name)
 
     def test_a_run(self):
@@ -92,7 +95,8 @@ class Demo(unittest.TestCase):
         self.assertEqual(len(report["team"]["loops"]), 6)
         self.assertTrue(all(pair["met"] for pair in report["team"]["loops"]))
         sent = report["communication_bytes"]
-        self.assertEqual(sent["total"], sum(sent[name] for name in ("place_recognition", "geometric_verification", "dpgo", "control")))
+        modules = ("place_recognition", "geometric_verification", "dpgo", "control")
+        self.assertEqual(sent["total"], sum(sent[name] for name in modules))
         self.assertGreater(sent["dpgo"], 10_000)
         self.assertAlmostEqual(sent["total"], sent["on_air"], delta=20_000)
         self.assertGreater(report["realtime_factor"], 1.0)
@@ -120,7 +124,8 @@ class Demo(unittest.TestCase):
 
     def test_an_interrupt_stops_everything_and_leaves_a_report(self):
         process = self.start(*SMALL)
-        pids = [int(self.wait_for_event(rf"{name} +started pid (\d+)", process)[0]) for name in ("player-2", "dpgo-0", "logger-air")]
+        pids = [int(self.wait_for_event(rf"{name} +started pid (\d+)", process)[0])
+                for name in ("player-2", "dpgo-0", "logger-air")]
         time.sleep(1.0)
         process.send_signal(signal.SIGINT)
         self.finish(process, 130)
@@ -132,7 +137,7 @@ class Demo(unittest.TestCase):
 
     def test_refusals(self):
         for arguments, sentence in ((["--world", "moon"], "expected one of grid, tunnels"),
-                                    (["--world", "tunnels", "--data", "/nowhere"], "take --world grid, which needs no data"),
+                                    (["--world", "tunnels", "--data", "/nowhere"], "take --world grid, which needs no"),
                                     (["--radio", "/nowhere.yaml"], "no such file"),
                                     (["--robots", "0"], "not between 1 and 20"),
                                     (["--robots", "6", "--seconds", "4"], "too few for 6 robots to meet")):

@@ -1,0 +1,48 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The figures of a report in words, for the terminal and for the page."""
+
+
+def metres(value):
+    return "-" if value is None else f"{value:.3f} m"
+
+
+def against_central(team):
+    """"+0.49 % against central, 250,038.6", or "" where there is nothing to compare with."""
+    central = team.get("cost_centralized")
+    return f"{100 * (team['cost'] / central - 1):+.2f} % against central, {central:,.1f}" if central else ""
+
+
+def truth_of_loops(team):
+    """"precision 1.000, recall 0.995", or "" where truth is not known."""
+    if "precision" not in team:
+        return ""
+    return f"precision {team['precision']:.3f}, recall {team.get('recall', 0.0):.3f}"
+
+
+def table(facts):
+    """The headline figures as a few lines of text."""
+    lines = ["", f"{'robot':>5}  {'keyframes':>9}  {'length':>8}  {'ATE odometry':>12}  {'ATE team':>8}"]
+    for robot in facts["robots"]:
+        ates = f"{metres(robot.get('ate_vio_m')):>12}  {metres(robot.get('ate_team_m')):>8}"
+        lines.append(f"{robot['id']:5}  {robot['keyframes']:9}  {robot.get('length_m', 0.0):6.0f} m  {ates}")
+    lines += ["", *(f"{name:17} {text}" for name, text in _headlines(facts))]
+    return "\n".join(lines + [f"note: {note}" for note in facts["notes"]])
+
+
+def _headlines(facts):
+    team, sent = facts["team"], facts["communication_bytes"]
+    if "ate_m" in team:
+        others = f"odometry alone {metres(team.get('ate_vio_m'))}, central {metres(team.get('ate_centralized_m'))}"
+        yield "team ATE", f"{metres(team['ate_m'])} ({others})"
+    if "cost" in team:
+        yield "robust cost", f"{team['cost']:,.1f} ({against_central(team) or 'nothing to compare with'})"
+        central = team.get("loops_accepted_centralized")
+        asides = [f"central {central}" if central is not None else "", truth_of_loops(team)]
+        aside = ", ".join(each for each in asides if each)
+        yield "closures kept", f"{team['loops_accepted']} of {team['loops_total']}" + (f" ({aside})" if aside else "")
+    yield "radio", f"{sent['total'] / 1e3:,.0f} kB sent by all robots, {sent['dpgo'] / 1e3:,.0f} kB of it for dpgo"
+    common = team.get("time_to_common_frame_s")
+    frame = f"one frame after {common:.1f} s" if common is not None else "never in one frame"
+    yield "time", f"{facts['wall_seconds']:.1f} s for {facts['seconds']:.0f} s of data; {frame}"
+    if facts["restarts"]:
+        yield "restarted", ", ".join(f"{name} {count} x" for name, count in facts["restarts"].items())
