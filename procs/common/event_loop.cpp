@@ -113,6 +113,8 @@ void EventLoop::handle_signals() {
   signal(SIGPIPE, SIG_IGN);
 }
 
+bool EventLoop::interrupted() const { return signal_pipe_ >= 0 && signals_seen > 0; }
+
 int EventLoop::run() {
   if (sources_.empty()) {
     run_live();
@@ -157,7 +159,7 @@ void EventLoop::wait_and_dispatch() {
 }
 
 void EventLoop::run_logs() {
-  while (!stopping_ && (signal_pipe_ < 0 || signals_seen == 0)) {
+  while (!stopping_ && !interrupted()) {
     EventSource* source = earliest_source();
     if (source == nullptr) break;
     const Utime time = std::max(virtual_now_, *source->next_time());
@@ -191,11 +193,11 @@ void EventLoop::run_posted() {
       if (stopping_) return;
       handler();
     }
-  } while (!sources_.empty() && !posted_.empty());
+  } while (!sources_.empty() && !posted_.empty() && !interrupted());
 }
 
 void EventLoop::run_timers_until(Utime time) {
-  while (!stopping_ && !due_.empty() && due_.begin()->first <= time) {
+  while (!stopping_ && !interrupted() && !due_.empty() && due_.begin()->first <= time) {
     const auto [due, id] = *due_.begin();
     if (!sources_.empty()) virtual_now_ = std::max(virtual_now_, due);
     fire(id);

@@ -76,6 +76,7 @@ class EventLoop {
     Handler handler;
   };
 
+  bool interrupted() const;  // by a signal: nothing more is begun, however much is due
   void run_live();
   void wait_and_dispatch();
   void run_logs();

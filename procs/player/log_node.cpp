@@ -61,7 +61,8 @@ void LogNode::publish_due() {
     next = log_.next_time();
   }
   if (next) {
-    process_.loop().call_at(due(*next), [this] { publish_due(); });
+    // Not in the past, which would be now again: what is left out has no pace, and others want their turn.
+    process_.loop().call_at(std::max(due(*next), process_.now()), [this] { publish_due(); });
     return;
   }
   show_progress();

@@ -61,6 +61,20 @@ TEST_CASE("Live, descriptors, timers and posted work take turns") {
   close(ends[1]);
 }
 
+TEST_CASE("A signal ends a log run, even among timers that never end") {
+  EventLoop loop;
+  loop.handle_signals();
+  loop.add_source(std::make_unique<Script>(std::vector<Utime>{1'000'000, 2'000'000}, [] {}));
+  int fired = 0;
+  const std::function<void()> again = [&] {
+    if (++fired == 10) raise(SIGTERM);
+    if (fired < 1000) loop.call_at(loop.now(), again);
+  };
+  loop.call_at(1'000'000, again);
+  CHECK(loop.run() == 0);
+  CHECK(fired == 10);
+}
+
 TEST_CASE("A timer may cancel itself or another, and set new ones") {
   EventLoop loop;
   int first = 0;
