@@ -3,12 +3,19 @@
 
 #include <spdlog/spdlog.h>
 
+#include <cstdio>
 #include <filesystem>
 #include <lcm/lcm-cpp.hpp>
+#include <utility>
 
 #include "core/base/error.h"
 
 namespace covey {
+namespace {
+
+constexpr Utime kLastUtime = 10'000'000'000'000'000;  // in the year 2286; virtual time must not overflow
+
+}  // namespace
 
 LogReader::LogReader(const std::string& file, Handler handler) : file_(file), handler_(std::move(handler)) {
   if (!std::filesystem::is_regular_file(file)) throw_input_error("{}: no such log file", file);
@@ -31,6 +38,12 @@ void LogReader::deliver() {
 
 void LogReader::advance() {
   const lcm::LogEvent* event = log_->readNextEvent();
+  while (event != nullptr && (event->timestamp < 0 || event->timestamp > kLastUtime)) {
+    if (!std::exchange(said_impossible_, true)) {
+      spdlog::warn("{}: an event at {} us is left out: that is no time", file_, event->timestamp);
+    }
+    event = log_->readNextEvent();
+  }
   if (event == nullptr) {
     if (time_ && std::feof(log_->getFilePtr()) == 0)
       spdlog::warn("{}: ends with something that is no event", file_);
@@ -56,6 +69,10 @@ void LogRecorder::write(Utime time, const std::string& channel, const Bytes& byt
   event.datalen = static_cast<std::int32_t>(bytes.size());
   event.data = const_cast<std::uint8_t*>(bytes.data());  // lcm's struct serves reading too
   if (log_->writeEvent(&event) != 0) good_ = false;
+}
+
+void LogRecorder::flush() {
+  if (std::fflush(log_->getFilePtr()) != 0) good_ = false;
 }
 
 }  // namespace covey

@@ -19,7 +19,7 @@ class LogFile;
 namespace covey {
 
 // Throws InputError where the file cannot be read or does not begin with an event. A log that is cut off ends
-// there, with a warning.
+// there, with a warning; events at impossible times are left out, with one warning.
 class LogReader : public EventSource {
  public:
   using Handler = std::function<void(const std::string& channel, const Bytes& bytes)>;
@@ -39,6 +39,7 @@ class LogReader : public EventSource {
   std::optional<Utime> time_;
   std::string channel_;
   Bytes bytes_;
+  bool said_impossible_ = false;
 };
 
 // Throws InputError where the file cannot be written.
@@ -47,6 +48,7 @@ class LogRecorder {
   explicit LogRecorder(const std::string& file);
   ~LogRecorder();
   void write(Utime time, const std::string& channel, const Bytes& bytes);
+  void flush();                        // to the system: what was written before survives this process
   bool good() const { return good_; }  // false after a failed write, e.g. on a full disk
 
  private:

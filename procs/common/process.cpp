@@ -135,6 +135,7 @@ int Process::run(const std::function<std::shared_ptr<void>(Process&)>& make_node
   const int exit_code = impl.loop.run();
   for (const auto& handler : impl.stop_handlers) handler();
   impl.status.set_phase("stopping");
+  if (impl.recorder) impl.recorder->flush();  // a full disk may only show now
   if (impl.recorder && !impl.recorder->good()) {
     throw std::runtime_error(
         fmt::format("{}: could not be written to the end; is the disk full?", impl.command.out));

@@ -60,20 +60,32 @@ GraphLog::GraphLog(std::filesystem::path folder, const Take& take) : folder_(std
     }
     take(event.channel, event.bytes);
   }
+  log_->flush();
   std::filesystem::rename(fresh, folder_ / "dpgo_graph.lcm");
 }
 
 void GraphLog::append(const keyframe_t& keyframe, Utime now) {
   log_->write(now, kKeyframe.name, encode(keyframe));
+  log_->flush();
   advance_to(keyframes_, kKeyframe.stream(keyframe), kKeyframe.number(keyframe) + 1);
 }
 
 void GraphLog::append(const loop_t& loop, Utime now) {
   log_->write(now, kLoop.name, encode(loop));
+  log_->flush();
   advance_to(loops_, kLoop.stream(loop), kLoop.number(loop) + 1);
 }
 
+// A disk that is full or gone costs what would be read back after a restart, not the run.
 void GraphLog::save(const SavedRound& round, Utime now) {
+  try {
+    write_round(round, now);
+  } catch (const std::exception& error) {
+    spdlog::warn("this round is not saved: {}", error.what());
+  }
+}
+
+void GraphLog::write_round(const SavedRound& round, Utime now) const {
   const std::filesystem::path fresh = folder_ / "dpgo_solution.lcm.new";
   {
     LogRecorder log(fresh.string());
@@ -93,6 +105,7 @@ void GraphLog::save(const SavedRound& round, Utime now) {
     }
     status.n_gauges = static_cast<std::int32_t>(status.gauge_names.size());
     log.write(now, kStatus.name, encode(status));
+    log.flush();
     if (!log.good()) {
       spdlog::warn("{}: cannot be written", fresh.string());
       return;

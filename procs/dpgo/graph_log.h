@@ -52,6 +52,8 @@ class GraphLog {
   std::optional<SavedRound> load_round() const;  // none where anything of it is missing
 
  private:
+  void write_round(const SavedRound& round, Utime now) const;
+
   std::filesystem::path folder_;
   std::unique_ptr<LogRecorder> log_;
   StreamPositions keyframes_;
