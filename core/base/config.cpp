@@ -3,6 +3,7 @@
 
 #include <fmt/ranges.h>
 
+#include <ios>
 #include <utility>
 
 namespace covey {
@@ -63,6 +64,7 @@ std::vector<ConfigSection*> ConfigSection::list(const std::string& key) {
 void ConfigSection::check_all_read() const {
   if (node_ && node_.IsMap()) {
     for (const auto& entry : node_) {
+      if (!entry.first.IsScalar()) throw_input_error("{}: a key must be a word", place(entry.first));
       const auto key = entry.first.as<std::string>();
       if (known_.count(key) == 0) {
         const std::string full = path_.empty() ? key : path_ + "." + key;
@@ -81,6 +83,8 @@ Config Config::load(const std::filesystem::path& file) {
     return Config(std::make_unique<ConfigSection>(YAML::LoadFile(file.string()), file.string(), ""));
   } catch (const YAML::BadFile&) {
     throw_input_error("{}: cannot be read; does the file exist?", file.string());
+  } catch (const std::ios_base::failure&) {  // what a folder gives
+    throw_input_error("{}: cannot be read; is it a file?", file.string());
   } catch (const YAML::ParserException& error) {
     throw_input_error("{}:{}:{}: not YAML: {}", file.string(), error.mark.line + 1, error.mark.column + 1,
                       error.msg);

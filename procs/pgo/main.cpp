@@ -17,5 +17,8 @@ int main(int argc, char** argv) {
   } catch (const covey::InputError& error) {
     std::fprintf(stderr, "pgo: %s\n", error.what());
     return 2;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "pgo: %s\n", error.what());
+    return 1;
   }
 }

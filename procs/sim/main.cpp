@@ -17,6 +17,9 @@ int main(int argc, char** argv) {
   } catch (const covey::InputError& error) {
     std::fprintf(stderr, "sim: %s\n", error.what());
     return 2;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "sim: %s\n", error.what());
+    return 1;
   }
   return 0;
 }

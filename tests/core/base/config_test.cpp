@@ -62,6 +62,9 @@ TEST_CASE("text that is not YAML, or not a map, and a missing file are refused")
   REQUIRE_THROWS_WITH(Config::parse("a: [1, 2\n", "x.yaml"), Contains("x.yaml:") && Contains("not YAML"));
   REQUIRE_THROWS_WITH(Config::parse("- 1\n", "x.yaml"), Contains("x.yaml:1: expected a map"));
   REQUIRE_THROWS_WITH(Config::load("no/such.yaml"), Contains("no/such.yaml: cannot be read"));
+  REQUIRE_THROWS_WITH(Config::load("/tmp"), Contains("/tmp: cannot be read"));
+  REQUIRE_THROWS_WITH(Config::parse("[a, b]: 1\n", "x.yaml").check_all_read(),
+                      Contains("x.yaml:1: a key must"));
 }
 
 }  // namespace
