@@ -604,7 +604,7 @@ struct DgncRound::State {
       cost += known.at(robot).cost;
       decrease += known.at(robot).decrease;
     }
-    return decrease <= options.tolerance * cost;
+    return decrease <= (final ? options.final_tolerance : options.tolerance) * cost;
   }
 
   bool stage_ended() const {

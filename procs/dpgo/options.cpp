@@ -30,6 +30,7 @@ pgo::AgentOptions read_agent_options(ConfigSection& section) {
   section.read("final_updates", dgnc.final_updates, 1, 1000);
   section.read("mu_step", dgnc.mu_step, 1.01, 100.0);
   section.read("tolerance", dgnc.tolerance, 0.0, 0.5);
+  section.read("final_tolerance", dgnc.final_tolerance, 0.0, 0.5);
   section.read("momentum", dgnc.momentum);
   section.read("alignment_rotation_sigma_rad", dgnc.alignment.rotation_sigma, 1e-4, 3.0);
   section.read("alignment_translation_sigma_m", dgnc.alignment.translation_sigma, 1e-4, 1e3);
