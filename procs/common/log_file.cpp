@@ -37,16 +37,16 @@ void LogReader::deliver() {
 }
 
 void LogReader::advance() {
+  // A logger that was killed and then appended leaves half an event in the middle: liblcm gives up there, and finds the
+  // next event when it is asked again.
   const lcm::LogEvent* event = log_->readNextEvent();
-  while (event != nullptr && (event->timestamp < 0 || event->timestamp > kLastUtime)) {
-    if (!std::exchange(said_impossible_, true)) {
-      spdlog::warn("{}: an event at {} us is left out: that is no time", file_, event->timestamp);
+  while (event == nullptr ? !at_end() : event->timestamp < 0 || event->timestamp > kLastUtime) {
+    if (!std::exchange(said_damaged_, true)) {
+      spdlog::warn("{}: what is no event, or at no possible time, is left out", file_);
     }
     event = log_->readNextEvent();
   }
   if (event == nullptr) {
-    if (time_ && std::feof(log_->getFilePtr()) == 0)
-      spdlog::warn("{}: ends with something that is no event", file_);
     time_.reset();
     return;
   }
@@ -54,6 +54,10 @@ void LogReader::advance() {
   time_ = event->timestamp;
   channel_ = event->channel;
   bytes_.assign(data, data + event->datalen);
+}
+
+bool LogReader::at_end() const {
+  return std::feof(log_->getFilePtr()) != 0 || std::ferror(log_->getFilePtr()) != 0;
 }
 
 LogRecorder::LogRecorder(const std::string& file) : log_(std::make_unique<lcm::LogFile>(file, "w")) {

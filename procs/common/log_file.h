@@ -18,8 +18,8 @@ class LogFile;
 
 namespace covey {
 
-// Throws InputError where the file cannot be read or does not begin with an event. A log that is cut off ends
-// there, with a warning; events at impossible times are left out, with one warning.
+// Throws InputError where the file cannot be read or has no event. What is torn or damaged, at the end or in the
+// middle, and events at impossible times are left out, with one warning.
 class LogReader : public EventSource {
  public:
   using Handler = std::function<void(const std::string& channel, const Bytes& bytes)>;
@@ -32,6 +32,7 @@ class LogReader : public EventSource {
 
  private:
   void advance();
+  bool at_end() const;
 
   std::string file_;
   Handler handler_;
@@ -39,7 +40,7 @@ class LogReader : public EventSource {
   std::optional<Utime> time_;
   std::string channel_;
   Bytes bytes_;
-  bool said_impossible_ = false;
+  bool said_damaged_ = false;
 };
 
 // Throws InputError where the file cannot be written.
