@@ -268,8 +268,9 @@ bool ReliableSender::silent(int robot, Utime now) const {
 }
 
 bool ReliableSender::finished(const Message& message, Utime now) const {
-  if (!message.targets.empty() || message.unsent < message.fragments) return false;
-  return message.to != kToEveryone || now - message.submitted >= options_.linger_us;
+  if (!message.targets.empty()) return false;
+  if (message.to != kToEveryone) return true;  // arrived or given up: nobody waits for what was not sent yet
+  return message.unsent == message.fragments && now - message.submitted >= options_.linger_us;
 }
 
 void ReliableSender::wake(Messages::iterator message) {

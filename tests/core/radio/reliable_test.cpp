@@ -139,6 +139,15 @@ TEST_CASE("nothing is repeated to a silent robot, it is given up when long gone,
   REQUIRE(bench.sender.open_messages() == 0);
 }
 
+TEST_CASE("what was never sent to a robot that is given up stays unsent") {
+  Bench bench;
+  REQUIRE(bench.sender.submit(kModule, 0, 1, Bytes(200 * kFragmentBytes), bench.now) == nullptr);
+  REQUIRE(bench.drain().size() == kFragmentWindow);
+  bench.pass(2 * 60 * kUsPerSecond, {});
+  REQUIRE(bench.drain().empty());
+  REQUIRE(bench.sender.open_messages() == 0);
+}
+
 TEST_CASE("an invented robot that talks but never acknowledges does not hold messages for ever") {
   Bench bench;
   for (int robot = 1; robot < kMaxRobots; ++robot) bench.sender.on_heard(robot, bench.now);
