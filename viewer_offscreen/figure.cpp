@@ -8,6 +8,7 @@
 #include <array>
 #include <cmath>
 #include <set>
+#include <string>
 
 #include "core/base/error.h"
 #include "viewer_offscreen/ground.h"
@@ -185,7 +186,9 @@ Legend make_legend(const Drawing& drawing) {
     legend.entries.push_back({content.trajectories[i].name, curve_colour(content.trajectories, i),
                               Swatch::kLine, kTrajectoryWidth * 1.3 * drawing.unit});
   }
+  std::set<std::string> references;  // a team's truth is several curves of one name
   for (const Curve& curve : content.references) {
+    if (!references.insert(curve.name).second) continue;
     legend.entries.push_back(
         {curve.name, curve.colour.value_or(kReference), Swatch::kLine, 1.6 * drawing.unit});
   }

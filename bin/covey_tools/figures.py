@@ -63,7 +63,7 @@ def _draw_closures(axis, closures):
     """Fainter where there are thousands of them, so that the robots' ways stay visible."""
     for kept, colour_of, strongest in ((False, _REJECTED, 0.3), (True, _KEPT, 0.7)):
         lines = [((each.x0, each.y0), (each.x1, each.y1)) for each in closures if each.kept == kept]
-        alpha = max(0.06, min(strongest, 60.0 * strongest / max(1, len(lines))))
+        alpha = max(0.1, min(strongest, 60.0 * strongest / max(1, len(lines))))
         axis.add_collection(LineCollection(lines, colors=colour_of, linewidths=0.7, alpha=alpha, zorder=2))
 
 

@@ -63,11 +63,13 @@ class _Scene:
 
     def render(self):
         out = self._run.file("snapshots", f"{self.name}.png")
-        arguments = ["--out", out, "--view", "both", "--title", _TITLES[self.name], "--loops", self._loops]
+        arguments = ["--out", out, "--view", "both", "--title", _TITLES[self.name]]
+        if self.name == "after":  # before, thousands of them would hide the robots' ways
+            arguments += ["--loops", self._loops]
         for robot, file in self._files.items():
             arguments += ["--trajectory", f"robot {robot}={file},{figures.colour(robot)}"]
-        for index, file in enumerate(self._truth_files):
-            arguments += ["--reference", file if index else f"truth={file}"]
+        for file in self._truth_files:
+            arguments += ["--reference", f"truth={file}"]
         programs.run("viewer_offscreen", arguments)
 
 

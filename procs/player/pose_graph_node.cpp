@@ -10,8 +10,9 @@ namespace covey {
 namespace {
 
 constexpr Utime kTickUs = 5'000;
-// At speed 0: messages a tick, which stock receive buffers of 212,992 bytes take at once.
-constexpr int kBurst = 50;
+// Messages a tick, at most: stock receive buffers of 212,992 bytes hold about 90 small ones, and a reader may be late by
+// some ticks.
+constexpr int kBurst = 10;
 
 }  // namespace
 
