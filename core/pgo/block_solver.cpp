@@ -275,7 +275,7 @@ BlockStep BlockSolver::minimise(const Lifted& targets, Lifted& X) {
     } else if (ratio > 0.75 && step.norm() > 0.99 * radius) {
       radius *= 2.0;
     }
-    if (ratio < 0.1) {
+    if (!(ratio >= 0.1)) {  // not a number, too: nothing worse than before is taken
       if (++rejected > kMaxRejected) break;
       continue;
     }

@@ -331,7 +331,7 @@ void DgncAgent::say_beacon(Utime now) {
   beacon.solved_round = solution_.round.number;
   beacon.solved_anchor = solution_.round.anchor;
   beacon.solved_graph = static_cast<std::int64_t>(solution_.graph);
-  say(std::move(beacon), now);
+  say(beacon, now);
 }
 
 }  // namespace covey::pgo

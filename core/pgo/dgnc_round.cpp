@@ -35,11 +35,6 @@ double residual_sq(const SE3& T_W_A, const SE3& T_W_B, const SE3& T_A_B, const P
          precision.tau * (T_W_B.translation - predicted.translation).squaredNorm();
 }
 
-template <typename T>
-bool finite(const std::vector<T>& values) {
-  return std::all_of(values.begin(), values.end(), [](T value) { return std::isfinite(value); });
-}
-
 // A public keyframe's place in dpgo_start_t, by (place of its segment, id).
 using Places = std::map<std::pair<int, int>, int>;
 
@@ -740,7 +735,7 @@ struct DgncRound::State {
            round_to_pose(anchor.now.middleCols<4>(4 * place), pose);
   }
 
-  std::vector<SegmentResult> poses_in_W() const {
+  std::vector<SegmentResult> placed_poses() const {
     std::vector<SegmentResult> segments;
     for (std::size_t s = 0; s < graph.segments.size(); ++s) {
       SegmentResult segment{
@@ -759,7 +754,7 @@ struct DgncRound::State {
     result.anchor = part.front();
     result.frame = frame_name(name, part.front());
     result.robots = part;
-    result.segments = poses_in_W();
+    result.segments = placed_poses();
     result.graph = graph.hash;
     result.keyframes = graph.poses();
     result.stages = stages;
@@ -852,28 +847,37 @@ double DgncRound::mu() const { return state_->mu; }
 std::int64_t DgncRound::frame() const { return frame_name(state_->name, state_->part.front()); }
 
 std::vector<SegmentResult> DgncRound::current() const {
-  return state_->solver ? state_->poses_in_W() : std::vector<SegmentResult>{};
+  return state_->solver ? state_->placed_poses() : std::vector<SegmentResult>{};
 }
 
 namespace {
 
+// What a member says enters sums and products with everybody's poses: nothing that is not finite or beyond any measure.
+constexpr double kLargestResidualSq = 1e18;
+constexpr double kSmallestMu = 1e-18;
+constexpr double kFarthestM = 1e8;
+
+template <typename T>
+bool good_poses(const std::vector<T>& values, int n) {
+  return static_cast<std::int64_t>(values.size()) == 7 * static_cast<std::int64_t>(n) &&
+         poses_are_good(values) &&
+         std::all_of(values.begin(), values.end(), [](T value) { return std::abs(value) < kFarthestM; });
+}
+
 struct ValuesAreGood {
   bool operator()(const dpgo_join_t& m) const {
-    return m.n_segments > 0 && m.n_values == 7 * m.n_segments && finite(m.T_O_K) && std::isfinite(m.mu) &&
-           std::is_sorted(m.segments.begin(), m.segments.end()) && poses_are_good(m.T_O_K);
+    return m.n_segments > 0 && good_poses(m.T_O_K, m.n_segments) &&
+           (m.mu == 0.0 || (m.mu >= kSmallestMu && std::isfinite(m.mu))) &&
+           std::is_sorted(m.segments.begin(), m.segments.end());
   }
   bool operator()(const dpgo_keys_t&) const { return true; }
-  bool operator()(const dpgo_start_t& m) const {
-    return m.n > 0 && m.n_values == 7 * m.n && finite(m.T_S_K) && poses_are_good(m.T_S_K);
-  }
-  bool operator()(const dpgo_alignment_t& m) const {
-    return m.n_values == 7 * m.n && finite(m.T_A_B) && poses_are_good(m.T_A_B);
-  }
+  bool operator()(const dpgo_start_t& m) const { return m.n > 0 && good_poses(m.T_S_K, m.n); }
+  bool operator()(const dpgo_alignment_t& m) const { return good_poses(m.T_A_B, m.n); }
   bool operator()(const dpgo_update_t& m) const {
-    return std::isfinite(m.max_residual_sq) && std::isfinite(m.cost) && std::isfinite(m.decrease) &&
-           std::isfinite(m.overshoot) && std::isfinite(m.rotation_scale) &&
-           std::isfinite(m.translation_scale) && m.rows >= 0 &&
-           (m.rows == 0 ? m.n_values == 0 : m.n_values % (4 * m.rows) == 0);
+    return m.max_residual_sq >= 0.0 && m.max_residual_sq < kLargestResidualSq && std::isfinite(m.cost) &&
+           std::isfinite(m.decrease) && std::isfinite(m.overshoot) && m.rotation_scale >= 0.0F &&
+           m.rotation_scale < 1.0F && m.translation_scale >= 0.0F && m.translation_scale < 1e4F &&
+           m.rows >= 0 && (m.rows == 0 ? m.n_values == 0 : m.n_values % (4 * m.rows) == 0);
   }
 };
 

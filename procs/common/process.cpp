@@ -18,8 +18,9 @@ namespace {
 constexpr Utime kStatusPeriodUs = 1'000'000;
 
 // lcm-gen's decoder believes a message's counts: with a limit, an absurd one is a bad_alloc and not the end
-// of the machine.
-constexpr rlim_t kMemoryLimit = rlim_t{4} << 30;
+// of the machine. And it computes an array's size in an int: from 2^31 bytes on that wraps, passes for short
+// and lets it read far beyond the message; so such an array must not be had at all.
+constexpr rlim_t kMemoryLimit = (rlim_t{2} << 30) - 1;
 
 // A robot's processes share one configuration file; a process reads its own section and leaves these to the
 // others.

@@ -3,7 +3,11 @@
 // network, to the last bit; and after partitions and restarts everybody still ends in one frame at the same optimum.
 
 #include <catch2/catch.hpp>
+#include <cmath>
+#include <functional>
 #include <memory>
+#include <optional>
+#include <random>
 
 #include "core/pgo/dgnc_agent.h"
 #include "core/pgo/solve_distributed.h"
@@ -40,6 +44,10 @@ class Team {
     results_.erase(robot);
   }
   void stop(int robot) { agents_.erase(robot); }
+
+  // What is sent in place of a robot's message; none: the message.
+  std::function<std::optional<AgentMessage>(int from, const AgentMessage& message)> damage;
+
   void feed_all() {
     for (const auto& [robot, agent] : agents_) feed(robot);
   }
@@ -117,7 +125,10 @@ class Team {
   void work(int robot, Utime now) {
     DgncAgent& agent = *agents_.at(robot);
     do {
-      for (const AgentMessage& message : agent.take_outgoing()) network_.send(robot, kEveryone, message, now);
+      for (const AgentMessage& message : agent.take_outgoing()) {
+        const auto instead = damage ? damage(robot, message) : std::nullopt;
+        network_.send(robot, kEveryone, instead ? *instead : message, now);
+      }
       if (auto result = agent.take_result()) results_[robot] = std::move(*result);
     } while (agent.advance(now));
   }
@@ -267,6 +278,98 @@ TEST_CASE("what only one robot knows of two is left out, and said") {
     return warning.find("robots 0-1 are left out: robot 1 does not know them") != std::string::npos;
   }));
   REQUIRE(team.cost() == Approx(solve_distributed(small_world().graph).cost).epsilon(1e-6));
+}
+
+// Values that a correct member would not send, in messages that decode.
+class Vandal {
+ public:
+  explicit Vandal(std::uint64_t seed) : random_(seed) {}
+
+  AgentMessage operator()(dpgo_beacon_t m) {
+    return hit({[&] { m.keyframes = whole(); }, [&] { m.graph = whole(); },
+                [&] { m.start_utime = whole(); }}),
+           m;
+  }
+  AgentMessage operator()(dpgo_round_t m) {
+    return hit({[&] { scratch(m.members); }, [&] { scratch(m.start_utimes); }, [&] { m.round = whole(); }}),
+           m;
+  }
+  AgentMessage operator()(dpgo_request_t m) {
+    return hit({[&] { m.number = whole(); }, [&] { scratch(m.robots); }}), m;
+  }
+  AgentMessage operator()(dpgo_join_t m) {
+    hit({[&] { scratch(m.segments); }, [&] { scratch(m.solutions); }, [&] { scratch(m.T_O_K); },
+         [&] { m.mu = real(); }, [&] { scratch(m.peers); }, [&] { scratch(m.hashes); },
+         [&] { m.number = whole(); }});
+    return m;
+  }
+  AgentMessage operator()(dpgo_keys_t m) {
+    return hit({[&] { scratch(m.peers); }, [&] { scratch(m.keys); }}), m;
+  }
+  AgentMessage operator()(dpgo_start_t m) {
+    hit({[&] { scratch(m.segments); }, [&] { scratch(m.ids); }, [&] { scratch(m.T_S_K); },
+         [&] { m.number = whole(); }});
+    return m;
+  }
+  AgentMessage operator()(dpgo_alignment_t m) {
+    hit({[&] { scratch(m.segments_a); }, [&] { scratch(m.robots_b); }, [&] { scratch(m.segments_b); },
+         [&] { scratch(m.inliers); }, [&] { scratch(m.T_A_B); }});
+    return m;
+  }
+  AgentMessage operator()(dpgo_update_t m) {
+    hit({[&] { m.max_residual_sq = real(); }, [&] { m.cost = static_cast<float>(real()); },
+         [&] { m.overshoot = static_cast<float>(real()); }, [&] { m.undecided = whole(); },
+         [&] { m.rows = static_cast<std::int8_t>(whole()); },
+         [&] { m.rotation_scale = static_cast<float>(real()); },
+         [&] { m.translation_scale = static_cast<float>(real()); }, [&] { scratch(m.values); }});
+    return m;
+  }
+
+  bool strikes() { return random_() % 4 == 0; }
+
+ private:
+  void hit(const std::vector<std::function<void()>>& ways) { ways[random_() % ways.size()](); }
+  int whole() {
+    const int values[] = {-1, 0, 1, 2, 3, 1000, 1 << 30};
+    return values[random_() % std::size(values)];
+  }
+  double real() {
+    const double values[] = {-1.0, 0.0, 1e-300, 0.5, 1e9, 1e300, INFINITY, NAN};
+    return values[random_() % std::size(values)];
+  }
+  template <typename T>
+  void scratch(std::vector<T>& values) {
+    if (values.empty()) return;
+    T& value = values[random_() % values.size()];
+    if constexpr (std::is_floating_point_v<T>) {
+      value = static_cast<T>(real());
+    } else {
+      value = static_cast<T>(whole());
+    }
+  }
+  std::mt19937_64 random_;
+};
+
+TEST_CASE("a member that sends nonsense ends nobody, and nothing infinite comes of it") {
+  int results = 0;
+  for (std::uint64_t seed = 0; seed < 12; ++seed) {
+    Vandal vandal(seed);
+    Team team(small_world().graph, {});
+    team.feed_all();
+    team.damage = [&](int from, const AgentMessage& message) -> std::optional<AgentMessage> {
+      if (from != 2 || !vandal.strikes()) return std::nullopt;
+      return std::visit(vandal, message);
+    };
+    team.run_for(40 * kSecond);
+    results += static_cast<int>(team.results().size());
+    for (const auto& [robot, result] : team.results()) {
+      REQUIRE(std::isfinite(result.owned_cost));
+      for (const SegmentResult& segment : result.segments) {
+        for (const SE3& T : segment.T_W_K) REQUIRE(T.translation.allFinite());
+      }
+    }
+  }
+  REQUIRE(results > 0);
 }
 
 }  // namespace
