@@ -6,6 +6,7 @@ import os
 import shutil
 import subprocess
 import sys
+import webbrowser
 
 from covey_tools import places, report, report_page, report_words, team_sheet, worlds
 from covey_tools.errors import Failure, InputError
@@ -47,7 +48,10 @@ def main(arguments=None):
     facts = report.make(report.Run(out, world, robots, outcome, options.radio, options.seed))
     report_page.write(out, facts)
     print(report_words.table(facts))
-    print(f"\n{os.path.join(out, 'report.html')}")
+    page = os.path.join(out, "report.html")
+    print(f"\n{page}")
+    if options.view and not webbrowser.open(f"file://{page}"):
+        print("demo: --view: no browser here; open the page above elsewhere", file=sys.stderr)
     return _conclude(outcome, facts)
 
 
@@ -80,6 +84,7 @@ def _parse(arguments):
     add("--patience", type=_positive, metavar="S", help="to wait for the end after the data (default: the world's)")
     add("--namespace", choices=["auto", "private", "in-place"], default="auto",
         help="private: fail where no private network can be had (default auto)")
+    add("--view", action="store_true", help="open the report in a browser at the end")
     add("--no-build", action="store_true", help="take what bin/build made before")
     return parser.parse_args(arguments)
 
