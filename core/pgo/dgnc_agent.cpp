@@ -11,6 +11,9 @@ namespace {
 template <typename T>
 constexpr bool kIsRoundMessage = std::is_constructible_v<RoundMessage, T>;
 
+constexpr std::int64_t kLargestRound =
+    1'000'000'000'000;  // one a second for 30,000 years; leaves room to count on
+
 }  // namespace
 
 int sender_of(const AgentMessage& message) {
@@ -28,6 +31,12 @@ const char* DgncAgent::add(const Keyframe& keyframe) {
 const char* DgncAgent::add(const Loop& loop) {
   snapshot_.reset();
   return graph_.add(loop);
+}
+
+// A number is never given twice: it names the frame that the round leaves.
+void DgncAgent::restore(const Solution& solution) {
+  solution_ = solution;
+  newest_round_ = std::max(newest_round_, solution.round.number);
 }
 
 const GraphSnapshot& DgncAgent::graph() const {
@@ -48,6 +57,7 @@ std::optional<RoundResult> DgncAgent::take_result() { return std::exchange(resul
 
 AgentPhase DgncAgent::phase() const {
   if (running()) return AgentPhase::kRound;
+  if (graph().poses() == 0) return AgentPhase::kIdle;
   return new_since_ || graph().hash != solution_.graph ? AgentPhase::kWaiting : AgentPhase::kIdle;
 }
 
@@ -77,11 +87,18 @@ const char* DgncAgent::receive(const AgentMessage& message, Utime now) {
 }
 
 const char* DgncAgent::receive_beacon(const dpgo_beacon_t& beacon, Utime now) {
-  if (beacon.from < 0 || beacon.round < 0 || beacon.solved_round < 0 || beacon.keyframes < 0) return "values";
-  Peer& peer = peers_[beacon.from];
-  // Beacons of one run overtake each other; an older one says nothing new.
-  if (beacon.start_utime == peer.beacon.start_utime && beacon.utime < peer.beacon.utime) return "late";
-  peer = {beacon, now};
+  if (beacon.utime < 0 || beacon.from < 0 || beacon.round < 0 || beacon.round > kLargestRound ||
+      beacon.solved_round < 0 || beacon.keyframes < 0) {
+    return "values";
+  }
+  const auto known = peers_.find(beacon.from);
+  if (known != peers_.end() && known->second.beacon.start_utime == beacon.start_utime) {
+    // Beacons of one run overtake each other, and an older one says nothing new; unless it is so old that it cannot have
+    // been on its way since: then the robot's clock was set back.
+    const Utime older_by = known->second.beacon.utime - beacon.utime;
+    if (older_by > 0 && older_by < options_.silence_us) return "late";
+  }
+  peers_[beacon.from] = {beacon, now};
   newest_round_ = std::max(newest_round_, beacon.round);
   return nullptr;
 }
@@ -94,7 +111,7 @@ const char* DgncAgent::receive_round(const dpgo_round_t& proposal, Utime now) {
   if (found == proposal.members.end()) return "not_member";
   if (proposal.start_utimes[found - proposal.members.begin()] != start_utime_) return "not_member";
   if (!std::is_sorted(proposal.members.begin(), proposal.members.end(), std::less_equal<>()) ||
-      proposal.round <= 0) {
+      proposal.round <= 0 || proposal.round > kLargestRound) {
     return "values";
   }
   if (round_ && proposal.round <= round_->name().number) return "old_round";
@@ -141,11 +158,24 @@ std::vector<int> DgncAgent::present_robots(Utime now) const {
 // ---- Opening rounds ----
 
 void DgncAgent::tick(Utime now) {
+  if (now < last_tick_) follow_clock_back(now);
+  last_tick_ = now;
   watch_for_changes(now);
   const std::vector<int> robots = present_robots(now);
   if (!robots.empty() && robots.front() == robot_) lead(now);
   if (!last_beacon_ || now - *last_beacon_ >= options_.beacon_us) say_beacon(now);
   ask_for_missing(now);
+}
+
+// Somebody set the clock: what was noted in its future would hold everything up until it has come that far again.
+void DgncAgent::follow_clock_back(Utime now) {
+  for (auto& [robot, peer] : peers_) peer.heard = std::min(peer.heard, now);
+  for (Utime* noted : {&last_change_, &last_proposal_, &last_progress_, &last_request_}) {
+    *noted = std::min(*noted, now);
+  }
+  if (new_since_) new_since_ = std::min(*new_since_, now);
+  last_beacon_.reset();
+  last_resend_.clear();
 }
 
 void DgncAgent::watch_for_changes(Utime now) {
@@ -175,11 +205,18 @@ bool DgncAgent::something_new(Utime now) const {
   return std::any_of(robots.begin(), robots.end(), [&](int robot) {
     if (robot == robot_) return false;
     const dpgo_beacon_t& beacon = peers_.at(robot).beacon;
-    const bool about_to_end = beacon.running && RoundName{beacon.round, beacon.anchor} == solution_.round;
-    if (about_to_end) return false;
+    const bool in_my_last = beacon.running && RoundName{beacon.round, beacon.anchor} == solution_.round;
+    if (in_my_last && last_round_can_end(now)) return false;
     return beacon.graph != beacon.solved_graph ||
            RoundName{beacon.solved_round, beacon.solved_anchor} != solution_.round;
   });
+}
+
+// Whether those who have not ended the round that this robot has ended will do so: they miss messages, which all of its
+// members still hold, if no one has left or was restarted since.
+bool DgncAgent::last_round_can_end(Utime now) const {
+  return round_ && round_->name() == solution_.round && !member_lost(now) &&
+         now - last_progress_ <= options_.stall_us;
 }
 
 bool DgncAgent::member_lost(Utime now) const {

@@ -19,6 +19,9 @@
 // a round runs, the anchor opens another one if a member falls silent or was restarted, or nothing moves for stall_us;
 // the members take their unfinished poses, and mu, along as the start of the next.
 //
+// A robot that has ended a round waits for the others to end it, too, unless a member has left or was restarted, who may
+// have taken with it what they miss: then it takes another round.
+//
 // Repair. Who waits asks for what is missing every request_us; the asked one repeats it, also when it has ended the round.
 //
 // Starts are warm: a segment that has a solution starts from it, with newer keyframes chained on by odometry, so that
@@ -70,7 +73,7 @@ class DgncAgent {
   // Null when taken, else the reason (robot_graph.h).
   const char* add(const Keyframe& keyframe);
   const char* add(const Loop& loop);
-  void restore(const Solution& solution) { solution_ = solution; }
+  void restore(const Solution& solution);
 
   // Null when taken, else why not: "own", "unknown_sender", "not_anchor", "old_round", "not_member", "other_round", or a
   // reason of DgncRound::receive.
@@ -102,8 +105,10 @@ class DgncAgent {
   bool present(int robot, Utime now) const;
   std::vector<int> present_robots(Utime now) const;  // with keyframes, this one included; ascending
   bool running() const { return round_ && !round_->done(); }
+  bool last_round_can_end(Utime now) const;
   bool member_lost(Utime now) const;
   bool something_new(Utime now) const;
+  void follow_clock_back(Utime now);
   void watch_for_changes(Utime now);
   void lead(Utime now);
   void open_round(Utime now);
@@ -132,6 +137,7 @@ class DgncAgent {
   std::optional<RoundResult> result_;
 
   std::map<int, std::pair<Utime, std::int64_t>> watched_;  // (run, graph) of each present robot
+  Utime last_tick_ = 0;
   Utime last_change_ = 0;
   std::optional<Utime> new_since_;
   std::optional<Utime> last_beacon_;
