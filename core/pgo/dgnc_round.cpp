@@ -18,6 +18,9 @@
 namespace covey::pgo {
 namespace {
 
+// What a member says enters sums and products with everybody's poses: nothing that is not finite or beyond any measure.
+constexpr double kLargestResidualSq = 1e18;
+
 constexpr int kSameSolution =
     1'000'000;  // inliers that an alignment known from an earlier solution counts as
 
@@ -101,7 +104,6 @@ struct DgncRound::State {
   std::vector<std::optional<SE3>> T_W_S;  // of all frames, after the alignment
   int root = -1;                          // frame that is W
   std::vector<std::string> warnings;
-  int unmatched = 0;
 
   std::unique_ptr<BlockSolver> solver;
   int odometry_edges = 0;  // the solver's private edges begin with them, then come the private loops
@@ -279,7 +281,6 @@ struct DgncRound::State {
                                  [&](const GraphLoop& loop) { return !agreed(other, loop); }),
                   loops.end());
       const std::size_t lost = before - loops.size();
-      unmatched += static_cast<int>(lost);
       if (lost > 0) {
         warnings.push_back(
             fmt::format("{} of {} closures of robots {}-{} are left out: robot {} does not know them", lost,
@@ -359,10 +360,8 @@ struct DgncRound::State {
                                ? other.places.end()
                                : other.places.find({static_cast<int>(segment - other.join.segments.begin()),
                                                     theirs(loop).id});
-        if (found == other.places.end()) {
-          ++unmatched;
-          continue;
-        }
+        if (found == other.places.end())
+          continue;  // it says that it knows the loop, and not its own end of it
         const int my_place = self().places.at({segment_place(mine(loop).segment), mine(loop).id});
         ends.push_back({loop, peer, my_place, found->second});
       }
@@ -440,14 +439,15 @@ struct DgncRound::State {
         pairs.push_back(pair);
       }
     }
-    for (std::size_t a = 0; a < frames.size(); ++a) {
-      for (std::size_t b = a + 1; b < frames.size(); ++b) {
-        if (!same_solution(frames[a], frames[b])) continue;
-        PairAlignment pair{static_cast<int>(a), static_cast<int>(b), {}};
-        pair.alignment.inliers = kSameSolution;
-        pair.alignment.ok = true;
-        pairs.push_back(pair);
-      }
+    std::map<std::int64_t, int> first_of;  // frame of each solution; the others of it are tied to that one
+    for (int b = 0; b < static_cast<int>(frames.size()); ++b) {
+      if (solution_of(frames[b]) == 0) continue;
+      const auto [first, fresh] = first_of.emplace(solution_of(frames[b]), b);
+      if (fresh) continue;
+      PairAlignment pair{first->second, b, {}};
+      pair.alignment.inliers = kSameSolution;
+      pair.alignment.ok = true;
+      pairs.push_back(pair);
     }
     choose_part(pairs);
     place_frames(pairs);
@@ -564,7 +564,10 @@ struct DgncRound::State {
 
   void send_first_update() {
     dpgo_update_t m = message<dpgo_update_t>();
-    m.max_residual_sq = std::max(largest(private_loop_residuals()), largest(shared_loop_residuals()));
+    // One loop without any sense must not make this message one that the others refuse: nobody would go on.
+    m.max_residual_sq =
+        std::min(std::max(largest(private_loop_residuals()), largest(shared_loop_residuals())),
+                 0.5 * kLargestResidualSq);
     send(std::move(m));
   }
 
@@ -588,9 +591,9 @@ struct DgncRound::State {
   }
 
   // All decisions are made from what all of the part have said, so all make the same.
-  int undecided() const {
-    return std::accumulate(part.begin(), part.end(), 0,
-                           [&](int sum, int robot) { return sum + known.at(robot).undecided; });
+  std::int64_t undecided() const {
+    return std::accumulate(part.begin(), part.end(), std::int64_t{0},
+                           [&](std::int64_t sum, int robot) { return sum + known.at(robot).undecided; });
   }
   bool converged() const {
     double cost = 0.0;
@@ -852,8 +855,7 @@ std::vector<SegmentResult> DgncRound::current() const {
 
 namespace {
 
-// What a member says enters sums and products with everybody's poses: nothing that is not finite or beyond any measure.
-constexpr double kLargestResidualSq = 1e18;
+constexpr int kMostSegments = 1000;  // each costs all members time
 constexpr double kSmallestMu = 1e-18;
 constexpr double kFarthestM = 1e8;
 
@@ -866,7 +868,7 @@ bool good_poses(const std::vector<T>& values, int n) {
 
 struct ValuesAreGood {
   bool operator()(const dpgo_join_t& m) const {
-    return m.n_segments > 0 && good_poses(m.T_O_K, m.n_segments) &&
+    return m.n_segments > 0 && m.n_segments <= kMostSegments && good_poses(m.T_O_K, m.n_segments) &&
            (m.mu == 0.0 || (m.mu >= kSmallestMu && std::isfinite(m.mu))) &&
            std::is_sorted(m.segments.begin(), m.segments.end());
   }

@@ -10,12 +10,19 @@
 namespace covey::pgo {
 namespace {
 
-bool is_finite(const SE3& T) {
-  return T.translation.allFinite() && T.rotation.quaternion().coeffs().allFinite();
+// Beyond any measure: a single such value would drown the team's cost, which all members take from each other.
+constexpr double kFarthestM = 1e6;
+constexpr double kLargestPrecision = 1e15;
+
+bool is_pose(const SE3& T) {
+  return T.translation.cwiseAbs().maxCoeff() < kFarthestM && T.translation.allFinite() &&
+         T.rotation.quaternion().coeffs().allFinite();
 }
 
 bool is_covariance(const Matrix6d& covariance) {
-  return covariance.allFinite() && (covariance.diagonal().array() > 0.0).all();
+  if (!covariance.allFinite() || !(covariance.diagonal().array() > 0.0).all()) return false;
+  const Precision precision = precision_of(covariance);
+  return precision.kappa < kLargestPrecision && precision.tau < kLargestPrecision;
 }
 
 std::uint64_t key_of(const Loop& loop, const Precision& precision) {
@@ -54,7 +61,7 @@ int GraphSnapshot::loops() const {
 const char* RobotGraph::add(const Keyframe& keyframe) {
   if (keyframe.name.robot != robot_) return "robot";
   const bool first = keyframe.name.id == 0;
-  if (!is_finite(keyframe.T_O_K) || !is_finite(keyframe.T_P_K)) return "values";
+  if (!is_pose(keyframe.T_O_K) || !is_pose(keyframe.T_P_K)) return "values";
   if (!first && !is_covariance(keyframe.covariance)) return "values";
   const auto segment = segments_.find(keyframe.name.segment);
   const int next = segment == segments_.end() ? 0 : static_cast<int>(segment->second.size());
@@ -68,7 +75,7 @@ const char* RobotGraph::add(const Keyframe& keyframe) {
 const char* RobotGraph::add(const Loop& loop) {
   if ((loop.a.robot != robot_ && loop.b.robot != robot_) || loop.a.robot < 0 || loop.b.robot < 0)
     return "robot";
-  if (!is_finite(loop.T_A_B) || !is_covariance(loop.covariance) || loop.a == loop.b) return "values";
+  if (!is_pose(loop.T_A_B) || !is_covariance(loop.covariance) || loop.a == loop.b) return "values";
   const Precision precision = precision_of(loop.covariance);
   const std::uint64_t key = key_of(loop, precision);
   if (!loops_.emplace(key, GraphLoop{key, loop.a, loop.b, loop.T_A_B, precision, false}).second)

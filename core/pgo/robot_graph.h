@@ -85,7 +85,8 @@ class RobotGraph {
  public:
   explicit RobotGraph(int robot) : robot_(robot) {}
 
-  // Null when taken, else why not: "robot", "duplicate", "gap", "values" (not finite, not a rotation, not positive).
+  // Null when taken, else why not: "robot", "duplicate", "gap", "values" (not finite, beyond any
+  // measure, not a rotation, not positive).
   const char* add(const Keyframe& keyframe);
   const char* add(const Loop& loop);
 

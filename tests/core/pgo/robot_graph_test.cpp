@@ -67,6 +67,11 @@ TEST_CASE("what cannot be used is refused with its reason") {
   bad = keyframe(5, 1);
   bad.covariance.setZero();
   REQUIRE(graph.add(bad) == std::string("values"));
+  bad.covariance.setIdentity() *= 1e-20;
+  REQUIRE(graph.add(bad) == std::string("values"));
+  bad = keyframe(5, 1);
+  bad.T_O_K.translation.z() = -1e9;
+  REQUIRE(graph.add(bad) == std::string("values"));
   REQUIRE(graph.add(loop({0, 1, 0}, {2, 1, 0})) == std::string("robot"));
   REQUIRE(graph.add(loop({1, 5, 0}, {1, 5, 0})) == std::string("values"));
   REQUIRE(graph.add(loop({1, 5, 0}, {2, 1, 0})) == nullptr);

@@ -45,6 +45,21 @@ PoseGraph one_robot(const PoseGraph& graph) {
   return joined;
 }
 
+TEST_CASE("a loop beyond any sense is rejected, and holds nobody up") {
+  PoseGraph graph = sim::make_grid({.robots = 3, .keyframes = 40, .seed = 4, .min_links = 4}).graph;
+  const DistributedResult without = solve_distributed(graph);
+  Edge far;
+  far.from = {0, 3};
+  far.to = {1, 5};
+  far.measurement.translation.x() = 1e6;
+  far.kappa = far.tau = 1e12;
+  graph.edges.push_back(far);
+  const DistributedResult with = solve_distributed(graph);
+  REQUIRE(with.weights.back() == 0.0);
+  REQUIRE(with.kept == without.kept);
+  REQUIRE(with.cost == Approx(without.cost + DgncOptions{}.barc2).epsilon(1e-3));
+}
+
 TEST_CASE("without robustness the team reaches the optimum that one robot with the whole graph finds") {
   const PoseGraph world = sim::make_grid({.robots = 3, .keyframes = 40, .seed = 2, .false_share = 0.0}).graph;
   for (const PoseGraph& graph : {world, flatten(world)}) {
