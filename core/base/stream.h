@@ -11,7 +11,10 @@
 // whatever is lost, doubled, reordered or restarted:
 //  - within a stream the numbers handed on grow strictly; a jump happens only over what is lost for good, and
 //    is counted: what the writer's history no longer holds (head.first), or what a writer that claims to have
-//    it does not send after `give_up_after` requests (a log that is played has no writer that answers);
+//    it does not send after `give_up_after` requests (a log that is played has no writer that answers), or what
+//    nothing has been heard of, neither message nor head of its stream, over `give_up_silent_after` requests (its
+//    writer is gone for good): then all that waits is handed on, and nothing more is asked for until the stream is
+//    heard again;
 //  - work is bounded: requests are limited in span and number and back off without progress; answers are
 //    limited in bytes a tick, and a number that several readers ask for within a tick is sent once;
 //  - memory is bounded by history_bytes on the writer's side, by waiting_bytes and max_streams on the reader's.
@@ -59,6 +62,7 @@ struct StreamReaderOptions {
   std::int32_t span = 128;               // numbers from the first missing one that are asked for at once
   std::size_t ranges = 16;               // gaps that are asked for at once
   int give_up_after = 30;  // requests without progress to a writer that says it has the number (about 50 s)
+  int give_up_silent_after = 34;         // requests without a sign of the stream's writer (about 60 s)
   std::int32_t furthest = 1 << 20;       // a number further ahead than this is impossible
   std::size_t waiting_bytes = 32 << 20;  // held back behind gaps, all streams together
   std::size_t max_streams = 4096;
@@ -99,6 +103,7 @@ class StreamReader {
     Utime request_us = 0;
     Utime backoff_us = 0;
     int unanswered = 0;
+    int unheard = 0;  // requests since the writer's last sign
     std::int32_t asked_until = 0;
   };
 
@@ -106,6 +111,7 @@ class StreamReader {
   bool wait(Stream& stream, std::int32_t number, Bytes bytes);
   void hand_on(std::int64_t name, Stream& stream, StreamActions& actions);
   void jump(std::int64_t name, Stream& stream, std::int32_t to, StreamActions& actions);
+  void leave(std::int64_t name, Stream& stream, StreamActions& actions);
   void note_progress(Stream& stream, Utime now);
   void update_gap(Stream& stream, Utime now);
   void request(std::int64_t name, Stream& stream, StreamActions& actions);

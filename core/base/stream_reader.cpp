@@ -16,6 +16,7 @@ StreamActions StreamReader::on_message(StreamMessage message, Utime now) {
   StreamActions actions;
   Stream* stream = find(message.stream);
   if (stream == nullptr) return actions;
+  stream->unheard = 0;
   if (message.number < 0 || message.number - stream->expected > options_.furthest) {
     ++counts_.impossible;
     return actions;
@@ -38,6 +39,7 @@ StreamActions StreamReader::on_head(const StreamHead& head, Utime now) {
   StreamActions actions;
   Stream* stream = find(head.stream);
   if (stream == nullptr) return actions;
+  stream->unheard = 0;
   if (head.first < 0 || head.next < head.first || head.next - stream->expected > options_.furthest) {
     ++counts_.impossible;
     return actions;
@@ -54,6 +56,10 @@ StreamActions StreamReader::on_tick(Utime now) {
   StreamActions actions;
   for (auto& [name, stream] : streams_) {
     if (!stream.behind || now < stream.request_us) continue;
+    if (stream.unheard >= options_.give_up_silent_after) {
+      leave(name, stream, actions);
+      continue;
+    }
     const bool writer_has_it = stream.head_first <= stream.expected && stream.expected < stream.head_next;
     if (writer_has_it && stream.unanswered >= options_.give_up_after && !stream.waiting.empty()) {
       jump(name, stream, stream.waiting.begin()->first, actions);
@@ -65,6 +71,7 @@ StreamActions StreamReader::on_tick(Utime now) {
     stream.request_us = now + stream.backoff_us;
     stream.backoff_us = std::min(2 * stream.backoff_us, options_.longest_backoff_us);
     if (writer_has_it) ++stream.unanswered;
+    ++stream.unheard;
   }
   return actions;
 }
@@ -121,6 +128,14 @@ void StreamReader::jump(std::int64_t name, Stream& stream, std::int32_t to, Stre
     hand_on(name, stream, actions);
   }
   stream.known = std::max(stream.known, stream.expected);
+}
+
+// The writer is gone for good. A tail that never came, behind which nothing waits, is not jumped over: should the
+// writer come again, it is asked for.
+void StreamReader::leave(std::int64_t name, Stream& stream, StreamActions& actions) {
+  if (!stream.waiting.empty()) jump(name, stream, stream.waiting.rbegin()->first + 1, actions);
+  stream.known = stream.expected;
+  stream.behind = false;
 }
 
 void StreamReader::note_progress(Stream& stream, Utime now) {

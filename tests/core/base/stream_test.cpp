@@ -205,13 +205,42 @@ TEST_CASE("A log has no writer that answers: the reader gives up after a bounded
   CHECK(when > kUsPerSecond);
 }
 
-TEST_CASE("A writer that is silent is asked ever more slowly and never given up") {
+TEST_CASE("A writer that is silent is asked ever more slowly, and after a minute what waits is handed on") {
   StreamReader reader;
-  reader.on_message(numbered(kRun, 5), 0);
-  for (Utime now = 0; now < 3600 * kUsPerSecond; now += kTick) REQUIRE(reader.on_tick(now).deliver.empty());
-  CHECK(reader.counts().requests < 1900);
-  const StreamActions late = reader.on_message(numbered(kRun, 0), 3600 * kUsPerSecond);
-  CHECK(late.deliver.size() == 1);
+  for (const int number : {0, 3, 4, 7}) reader.on_message(numbered(kRun, number), 0);
+  std::vector<std::int32_t> got;
+  Utime when = 0;
+  for (Utime now = 0; now < 600 * kUsPerSecond; now += kTick) {
+    for (const auto& message : reader.on_tick(now).deliver) {
+      got.push_back(message.number);
+      when = now;
+    }
+  }
+  CHECK(got == std::vector<std::int32_t>{3, 4, 7});
+  CHECK(to_seconds(when) == Approx(60.0).margin(3.0));
+  CHECK(reader.counts().lost == 4);
+  CHECK(reader.counts().requests < 100);  // and none after that
+  CHECK(reader.on_message(numbered(kRun, 8), 600 * kUsPerSecond).deliver.size() == 1);
+}
+
+TEST_CASE(
+    "A writer that comes again within a minute is given nothing up, nor is a tail that nothing waits "
+    "behind") {
+  StreamReader reader;
+  reader.on_message(numbered(kRun, 2), 0);
+  Utime now = 0;
+  for (; now < 50 * kUsPerSecond; now += kTick) REQUIRE(reader.on_tick(now).deliver.empty());
+  reader.on_message(numbered(kRun, 0), now);
+  for (; now < 100 * kUsPerSecond; now += kTick) REQUIRE(reader.on_tick(now).deliver.empty());
+  CHECK(reader.on_message(numbered(kRun, 1), now).deliver.size() == 2);
+  reader.on_head({kRun, 0, 5}, now);
+  for (; now < 300 * kUsPerSecond; now += kTick) reader.on_tick(now);
+  CHECK(reader.counts().lost == 0);
+  CHECK(reader.on_tick(now + 10 * kUsPerSecond).resend.empty());
+  reader.on_head({kRun, 0, 5}, now);
+  const auto gaps = reader.on_tick(now + kUsPerSecond).resend;
+  REQUIRE(gaps.size() == 1);
+  CHECK(gaps[0].first == 3);
 }
 
 TEST_CASE("Nonsense is counted and changes nothing") {
