@@ -4,8 +4,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <fstream>
 #include <map>
+#include <numeric>
 #include <regex>
 #include <string>
 #include <utility>
@@ -22,6 +24,11 @@ constexpr std::array<const char*, 15> kColumns = {
     "tz",        "kappa",    "tau",       "is_known_inlier", "weight"};
 constexpr long kMaxRobot = 999;
 constexpr long kMaxPose = 9'999'999;
+// Poses of all robots together, with edges or without: solvers hold something for each, so a small file must not
+// ask for many.
+constexpr std::int64_t kPosesAnyway = 10'000;
+constexpr std::int64_t kPosesPerEdge = 100;
+constexpr std::int64_t kMaxPoses = 10'000'000;
 
 void check_header(FieldReader& line, const std::filesystem::path& file) {
   if (!line.next()) throw_input_error("{}: is empty", file.string());
@@ -55,12 +62,34 @@ Edge read_edge(const FieldReader& line) {
   return edge;
 }
 
-std::vector<Edge> read_file(const std::filesystem::path& file) {
+struct PlacedEdge {
+  Edge edge;
+  int line = 0;
+};
+
+std::vector<PlacedEdge> read_file(const std::filesystem::path& file) {
   FieldReader line(file, ',');
   check_header(line, file);
-  std::vector<Edge> edges;
-  while (line.next()) edges.push_back(read_edge(line));
+  std::vector<PlacedEdge> edges;
+  while (line.next()) edges.push_back({read_edge(line), line.line()});
   return edges;
+}
+
+// Who named a robot's largest index, and where.
+struct LargestIndex {
+  std::filesystem::path file;
+  int line = 0;
+};
+
+void check_poses(const PoseGraph& graph, const std::vector<LargestIndex>& largest) {
+  const auto poses =
+      std::accumulate(graph.poses_per_robot.begin(), graph.poses_per_robot.end(), std::int64_t{0});
+  const auto edges = static_cast<std::int64_t>(graph.edges.size());
+  if (poses <= std::min(kMaxPoses, kPosesAnyway + kPosesPerEdge * edges)) return;
+  const auto most = std::max_element(graph.poses_per_robot.begin(), graph.poses_per_robot.end());
+  const auto robot = most - graph.poses_per_robot.begin();
+  throw_input_error("{}:{}: pose {} of robot {} makes {} poses in all, too many for {} edges",
+                    largest[robot].file.string(), largest[robot].line, *most - 1, robot, poses, edges);
 }
 
 // What makes two lines the same measurement.
@@ -99,22 +128,29 @@ std::vector<std::filesystem::path> robot_files(const std::filesystem::path& file
 
 PoseGraph read_robot_csv(const std::filesystem::path& file_or_folder) {
   PoseGraph graph;
+  std::vector<LargestIndex> largest;  // per robot
   // The largest number of copies that any one file has: a measurement that a file repeats was made twice.
   std::map<std::array<double, 11>, int> known;
   for (const auto& file : robot_files(file_or_folder)) {
     std::map<std::array<double, 11>, int> here;
-    for (const Edge& edge : read_file(file)) {
+    for (const auto& [edge, line] : read_file(file)) {
       const int copies = ++here[identity(edge)];
       if (copies <= known[identity(edge)]) continue;
       known[identity(edge)] = copies;
       for (const PoseId id : {edge.from, edge.to}) {
-        if (id.robot >= graph.robots()) graph.poses_per_robot.resize(id.robot + 1, 0);
-        graph.poses_per_robot[id.robot] = std::max(graph.poses_per_robot[id.robot], id.index + 1);
+        if (id.robot >= graph.robots()) {
+          graph.poses_per_robot.resize(id.robot + 1, 0);
+          largest.resize(id.robot + 1);
+        }
+        if (id.index < graph.poses_per_robot[id.robot]) continue;
+        graph.poses_per_robot[id.robot] = id.index + 1;
+        largest[id.robot] = {file, line};
       }
       graph.edges.push_back(edge);
     }
   }
   if (graph.edges.empty()) throw_input_error("{}: has no edges", file_or_folder.string());
+  check_poses(graph, largest);
   return graph;
 }
 

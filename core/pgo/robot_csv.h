@@ -14,7 +14,8 @@
 //
 // Refused, as InputError with file and line: another header, a line with the wrong number of fields, what is
 // not a finite number, a quaternion that is not of norm 1 within 1 %, kappa or tau that is not positive, an
-// edge from a pose to itself; a folder without robot<i>.csv.
+// edge from a pose to itself; a folder without robot<i>.csv; pose indices that make more than 10,000 poses and 100 for
+// each edge, or more than 10 million.
 
 #include <filesystem>
 #include <optional>

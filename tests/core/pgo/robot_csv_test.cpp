@@ -82,6 +82,13 @@ TEST_CASE("what a robot's file may not say is refused with file, line and reason
         ":2: field 14 is 'yes', not a truth value (a whole number from 0 to 1)");
   CHECK(refusal(kHeader + "0,0,0,99999999,0,0,0,1,1,0,0,1,2,1,1\n") ==
         ":2: field 4 is '99999999', not a pose (a whole number from 0 to 9999999)");
+  CHECK(refusal(kHeader + "0,0,0,1,0,0,0,1,1,0,0,1,2,1,1\n0,1,3,9999999,0,0,0,1,1,0,0,1,2,0,1\n") ==
+        ":3: pose 9999999 of robot 3 makes 10000002 poses in all, too many for 2 edges");
+  std::string everyone = kHeader;  // as offsets, these would be past 2^31
+  for (int robot = 1; robot < 1000; ++robot)
+    everyone += fmt::format("0,0,{},9999999,0,0,0,1,1,0,0,1,2,0,1\n", robot);
+  CHECK(refusal(everyone) ==
+        ":2: pose 9999999 of robot 1 makes 9990000001 poses in all, too many for 999 edges");
   const ScratchFile folder;
   std::filesystem::create_directories(folder.path);
   CHECK(input_error_of([&] { read_robot_csv(folder.path); }) ==
