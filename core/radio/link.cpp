@@ -9,6 +9,7 @@ namespace {
 constexpr double kLargestLead =
     64'000.0;  // bytes by which an idle module may be behind the others when it comes back
 constexpr Utime kCheckPeriodUs = kUsPerSecond;
+constexpr double kBurstPeriodS = 0.01;
 
 // Sequences of two runs of one bridge must not look like repeats of each other.
 std::uint32_t first_sequence(Utime epoch) {
@@ -26,6 +27,7 @@ Link::Link(int robot, Utime epoch, TreatmentTable table, LinkOptions options, co
       count_(std::move(count)),
       model_(robot, model),
       budget_(model.rate_bytes_per_s, model.burst_bytes),
+      pace_(kBurstDatagrams / kBurstPeriodS, kBurstDatagrams),
       sender_(robot, epoch, options.reliable),
       sequence_(first_sequence(epoch)) {}
 
@@ -84,7 +86,7 @@ Link::Output Link::on_tick(Utime now) {
       if (const int expired = peer.assembler.expire(now)) count_("dropped/radio/fragment_timeout", expired);
     }
   }
-  while (budget_.open(now)) {
+  while (budget_.open(now) && pace_.open(now)) {
     const auto chosen = next(now);
     if (!chosen) break;
     output.air.push_back(to_air(chosen->first, chosen->second, now));
@@ -244,6 +246,7 @@ Bytes Link::to_air(Module module, const Waiting& waiting, Utime now) {
   Bytes datagram = write_packet(sequence_++, waiting.channel, waiting.payload);
   last_said_ = now;
   budget_.spend(datagram.size());
+  pace_.spend(1);
   Queue& queue = queues_[index_of(module)];
   queue.served_bytes += static_cast<double>(datagram.size());
   for (Queue& other : queues_)

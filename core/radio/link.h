@@ -13,6 +13,7 @@
 // A message that fits a datagram and may be lost crosses as itself, on its bare channel name; the others as
 // radio_fragment_t, acknowledged by radio_ack_t. Both are plain LCM messages, so lcm-logger records the air.
 //
+// However much is due, a tick sends only what the receivers' buffers take; the rest waits for the next tick.
 // Who goes first, within the budget of bytes: control; then the modules in turn, so that none starves another
 // (the one that has sent the fewest bytes of late); within a module by priority.
 //
@@ -37,6 +38,10 @@
 #include "core/radio/treatment.h"
 
 namespace covey::radio {
+
+// Datagrams of all sizes that a link without a rate puts on air at once, and in each 10 ms: a stock receive buffer of
+// 212,992 bytes holds about 90, whatever is in them up to 1200 bytes.
+inline constexpr double kBurstDatagrams = 50.0;
 
 struct LinkOptions {
   ReliableOptions reliable;
@@ -117,6 +122,7 @@ class Link {
   Count count_;
   LinkModel model_;
   Budget budget_;
+  Budget pace_;  // in datagrams
   ReliableSender sender_;
   std::map<int, Peer> peers_;
   std::array<Queue, kModules> queues_;

@@ -156,6 +156,21 @@ TEST_CASE("modules share a small budget and control goes first") {
           Approx(static_cast<double>(a.counts["sent_bytes/place_recognition"])).epsilon(0.1));
 }
 
+TEST_CASE("without a rate, what is due in one moment is spread over ticks that stock receive buffers take") {
+  TestLink a(0, kStart);
+  a.link.on_tick(kStart - kUsPerSecond / 2);
+  for (int i = 0; i < 600; ++i) a.link.send("PLAIN", test_payload(0, -1, 1000), kStart);
+  std::size_t sent = 0;
+  for (int tick = 0; tick < 12; ++tick) {
+    const Utime now = kStart + tick * 10'000;
+    const std::size_t at_once = a.link.on_tick(now).air.size() + a.link.on_tick(now).air.size();
+    CHECK(at_once <= 51);
+    sent += at_once;
+  }
+  CHECK(sent >= 590);
+  CHECK(a.link.on_tick(kStart + 120'000).air.size() + sent == 600);
+}
+
 TEST_CASE("a queue that overflows loses its oldest") {
   LinkOptions options;
   options.max_queue_bytes = 10'000;
