@@ -5,10 +5,10 @@
 #include <cmath>
 #include <optional>
 
-#include "core/base/config.h"
 #include "core/base/error.h"
 #include "core/pgo/robot_csv.h"
 #include "core/sim/grid.h"
+#include "procs/common/robot_config.h"
 
 namespace covey {
 namespace {
@@ -18,12 +18,9 @@ sim::GridOptions grid_options(const SimOptions& options) {
   grid.robots = options.robots;
   grid.keyframes = static_cast<int>(std::floor(options.seconds));
   grid.seed = options.seed;
-  if (!options.config.empty()) {
-    Config config = Config::load(options.config);
-    ConfigSection& section = config.root().section("sim");
-    sim::read_grid(section, grid);
-    section.check_all_read();
-  }
+  Config config = load_robot_config(options.config, "sim");
+  sim::read_grid(config.root().section("sim"), grid);
+  config.check_all_read();
   return grid;
 }
 

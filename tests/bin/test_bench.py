@@ -57,6 +57,10 @@ class Sim(Bench):
             file.write("sim:\n  block_m: 8\n  fog: 1\n")
         self.refuses("bad.yaml:3: unknown key 'sim.fog'", SIM, "--graph", self.folder, "--config",
                      self.path("bad.yaml"))
+        with open(self.path("nobody.yaml"), "w", encoding="utf-8") as file:
+            file.write("dpgo: {rounds: 3}\nsmi:\n  block_m: 8\n")
+        self.refuses("nobody.yaml:2: unknown key 'smi'", SIM, "--graph", self.folder, "--config",
+                     self.path("nobody.yaml"))
 
 
 class Evaluate(Bench):
