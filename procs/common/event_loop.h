@@ -62,8 +62,11 @@ class EventLoop {
   // Takes SIGINT and SIGTERM over, for one loop of the process.
   void handle_signals();
 
-  int run();  // until stop(), before or during it, a signal or the end of the logs; can be called again
+  // Until stop(), before or during it, a signal or the end of the logs. Can be called again; after a signal it returns
+  // at once.
+  int run();
   void stop(int exit_code = 0);  // run() returns after the current handler
+  bool interrupted() const;      // by a signal: nothing more is begun, however much is due
 
  private:
   struct Timer {
@@ -76,7 +79,6 @@ class EventLoop {
     Handler handler;
   };
 
-  bool interrupted() const;  // by a signal: nothing more is begun, however much is due
   void run_live();
   void wait_and_dispatch();
   void run_logs();

@@ -5,12 +5,12 @@
 #include <spdlog/spdlog.h>
 #include <sys/resource.h>
 
-#include <array>
 #include <vector>
 
 #include "core/base/error.h"
 #include "procs/common/command_line.h"
 #include "procs/common/log_file.h"
+#include "procs/common/robot_config.h"
 
 namespace covey {
 namespace {
@@ -21,11 +21,6 @@ constexpr Utime kStatusPeriodUs = 1'000'000;
 // of the machine. And it computes an array's size in an int: from 2^31 bytes on that wraps, passes for short
 // and lets it read far beyond the message; so such an array must not be had at all.
 constexpr rlim_t kMemoryLimit = (rlim_t{2} << 30) - 1;
-
-// A robot's processes share one configuration file; a process reads its own section and leaves these to the
-// others.
-constexpr std::array kSections = {"vio",    "mesher",           "lcd", "dpgo", "lmo", "radio_bridge", "sim",
-                                  "player", "viewer_offscreen", "demo"};
 
 void start_logging(const CommandLine& command) {
   auto logger = spdlog::stderr_logger_st("covey");
@@ -45,19 +40,11 @@ void limit_memory() {
 #endif
 }
 
-Config load_config(const std::filesystem::path& file, const std::string& process) {
-  Config config = file.empty() ? Config::parse("", "(no --config)") : Config::load(file);
-  for (const char* section : kSections) {
-    YAML::Node of_another_process;
-    if (section != process) config.root().read(section, of_another_process);
-  }
-  return config;
-}
-
-// "udpm://GROUP:PORT?..." -> PORT; other kinds have none, and differ by their URL.
+// "udpm://GROUP:PORT?..." -> PORT; other kinds, and what is no URL, have none, and differ as a whole.
 std::string bus_port(const std::string& url) {
   const auto options = url.find('?');
   const auto colon = url.rfind(':', options);
+  if (colon == std::string::npos) return url;
   return url.substr(colon, options == std::string::npos ? options : options - colon);
 }
 
@@ -141,6 +128,11 @@ int Process::run(const std::function<std::shared_ptr<void>(Process&)>& make_node
     throw std::runtime_error(
         fmt::format("{}: could not be written to the end; is the disk full?", impl.command.out));
   }
+  if (from_log() && impl.loop.interrupted()) {
+    throw std::runtime_error(
+        fmt::format("interrupted before the end of {}{}", impl.command.url,
+                    impl.command.out.empty() ? "" : fmt::format("; {} is partial", impl.command.out)));
+  }
   return exit_code;
 }
 
@@ -151,7 +143,7 @@ int run_process(int argc, char** argv, const ProcessOptions& options,
     if (!command) return 0;
     start_logging(*command);
     limit_memory();
-    Config config = load_config(command->config, options.name);
+    Config config = load_robot_config(command->config, options.name);
     Process process(std::make_unique<Process::Impl>(*command, std::move(config)));
     if (options.before_bus) options.before_bus(process);
     return process.run(make_node);

@@ -96,7 +96,13 @@ TEST_CASE("A signal ends the loop cleanly") {
   EventLoop loop;
   loop.handle_signals();
   loop.call_at(loop.now() + 1'000, [] { raise(SIGTERM); });
+  CHECK_FALSE(loop.interrupted());
   CHECK(loop.run() == 0);
+  CHECK(loop.interrupted());
+  bool called = false;
+  loop.call_at(loop.now(), [&] { called = true; });
+  CHECK(loop.run() == 0);  // again: at once
+  CHECK_FALSE(called);
 }
 
 Trace run_script() {

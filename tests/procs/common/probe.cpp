@@ -2,6 +2,7 @@
 // A small process for the tests of procs/common: writes a stream of keyframes, or reads it into a text file,
 // one line "segment id" for each. A reader also answers every TRAJECTORY with one LOOP_WEIGHTS of the same
 // round, so that there is an output, and says its time every 100 ms in another, so that there is a timer.
+#include <signal.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -19,6 +20,8 @@ struct ProbeOptions {
   std::int64_t segment = 1'000'000;
   std::string read;
   bool stuck = false;
+  bool interrupt = false;
+  std::string also;
   bool wall_clock = false;
 };
 
@@ -26,6 +29,8 @@ class Probe {
  public:
   Probe(Process& process, const ProbeOptions& options)
       : process_(process), options_(options), file_(options.read) {
+    if (!options_.also.empty()) process.open_bus(options_.also);
+    if (options_.interrupt) process.loop().call_at(process.now(), [] { raise(SIGINT); });
     if (options_.stuck) {
       process.loop().call_every(1'000, [this] {
         process_.status().set_phase("stuck");
@@ -84,6 +89,8 @@ int main(int argc, char** argv) {
     app.add_option("--period-ms", options.period_ms, "between two of them");
     app.add_option("--segment", options.segment, "their segment");
     app.add_flag("--stuck", options.stuck, "stay in a handler for ever");
+    app.add_flag("--interrupt", options.interrupt, "send itself SIGINT when its clock runs");
+    app.add_option("--also", options.also, "URL of a second bus");
     app.add_flag("--wall-clock", options.wall_clock, "what no process may do: an output that depends on it");
     app.add_option("--read", options.read, "file for the keyframes that arrive");
   };

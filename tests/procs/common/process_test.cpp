@@ -120,7 +120,7 @@ TEST_CASE("A writer that is killed and comes again, with its stream or a new one
   Stage stage;
   const std::string got = stage.file("got");
   const auto reader = stage.start({"--read", got, "--bus-faults", "drop=0.1,seed=3"});
-  auto writer = stage.start({"--write", "1000000"});
+  auto writer = stage.start({"--write", "300"});  // no more, however late it is killed
   REQUIRE(stage.wait_until([&] { return size_of(got) > 50; }));
   writer->kill(SIGKILL);
   CHECK(writer->wait(kPatienceS) == -SIGKILL);
@@ -213,6 +213,22 @@ std::pair<std::optional<int>, std::string> run_probe(const Stage& stage,
   return {code, child.output()};
 }
 
+TEST_CASE("A log run that a signal ends early fails and says that its output is partial") {
+  Stage stage;
+  const auto writer = stage.start({"--write", "20", "--out", stage.file("in.lcm")});
+  REQUIRE(stage.wait_until([&] { return stage.phase("idle"); }));
+  writer->kill(SIGTERM);
+  CHECK(writer->wait(kPatienceS) == 0);
+  const std::vector<std::string> replay{
+      "--robot", "3", "--url", "file://" + stage.file("in.lcm"), "--out", stage.file("out.lcm")};
+  CHECK(run_probe(stage, replay).first == 0);
+  std::vector<std::string> interrupted = replay;
+  interrupted.emplace_back("--interrupt");
+  const auto [code, output] = run_probe(stage, interrupted);
+  CHECK(code == 1);
+  CHECK_THAT(output, Catch::Contains(stage.file("out.lcm") + " is partial"));
+}
+
 TEST_CASE("The command line: help, version, and one sentence with exit code 2 for what is wrong") {
   Stage stage;
   const auto [help_code, help] = run_probe(stage, {"--help"});
@@ -228,6 +244,7 @@ TEST_CASE("The command line: help, version, and one sentence with exit code 2 fo
       {{"--robot", "3", "--wat"}, "--wat"},
       {{"--robot", "3", "--url", "http://x"}, "http://x"},
       {{"--robot", "3", "--url", "file:///nowhere.lcm"}, "/nowhere.lcm"},
+      {{"--robot", "3", "--also", "nonsense"}, "nonsense"},
       {{"--robot", "3", "--bus-faults", "drop=2"}, "drop"},
       {{"--robot", "3", "--config", stage.file("nowhere.yaml")}, "nowhere.yaml"},
       {{"--robot", "3", "--config", stage.file("bad.yaml")}, "probes"},
