@@ -22,7 +22,7 @@ PoseGraphNode::PoseGraphNode(Process& process, const PlayerOptions& options)
       messages_(sim::front_end_messages(pgo::read_robot_csv(options.pose_graph), process.robot())),
       start_(process.now()) {
   process_.status().set_phase("playing");
-  process_.loop().call_every(kTickUs, [this] { publish_due(); });
+  timer_ = process_.loop().call_every(kTickUs, [this] { publish_due(); });
 }
 
 double PoseGraphNode::recorded_s(std::size_t message) const {
@@ -41,6 +41,7 @@ void PoseGraphNode::publish_due() {
   if (next_ < messages_.size()) return;
   spdlog::info("played {} messages; answering RESEND until stopped", messages_.size());
   process_.status().set_phase("done");
+  process_.loop().cancel(timer_);
 }
 
 void PoseGraphNode::publish_next() {

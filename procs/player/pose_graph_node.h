@@ -32,6 +32,7 @@ class PoseGraphNode {
   std::vector<sim::FrontEndMessage> messages_;
   std::size_t next_ = 0;
   Utime start_ = 0;
+  EventLoop::TimerId timer_ = 0;
 };
 
 }  // namespace covey
