@@ -285,14 +285,14 @@ void add_marks_beside_ground(Scene& scene, const Drawing& drawing, const Ground&
     const double bottom = project(ground.x_low, ground.y_low).y() + 20.0 * unit;
     for (double i = std::ceil(ground.x_low / ground.step); i * ground.step <= ground.x_high; ++i) {
       const double x = i * ground.step;
-      add_text(scene, fmt::format("{:g}", x), project(x, ground.y_low).x(), bottom, style);
+      add_text(scene, tick_text(x), project(x, ground.y_low).x(), bottom, style);
     }
     TextStyle right_aligned = style;
     right_aligned.align = Align::kRight;
     const double left = project(ground.x_low, ground.y_low).x() - 8.0 * unit;
     for (double i = std::ceil(ground.y_low / ground.step); i * ground.step <= ground.y_high; ++i) {
       const double y = i * ground.step;
-      add_text(scene, fmt::format("{:g}", y), left, project(ground.x_low, y).y() + 5.0 * unit, right_aligned);
+      add_text(scene, tick_text(y), left, project(ground.x_low, y).y() + 5.0 * unit, right_aligned);
     }
   }
   const Eigen::Vector2d down(0.0, (top ? 50.0 : 24.0) * unit);

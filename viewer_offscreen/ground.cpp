@@ -16,6 +16,8 @@ double round_length(double length) {
   return 10.0 * power;
 }
 
+std::string tick_text(double metres) { return fmt::format("{:g}", metres + 0.0); }  // -0.0 + 0.0 is 0.0
+
 std::string format_length(double metres) {
   if (metres >= 1000.0) return fmt::format("{:g} km", metres / 1000.0);
   if (metres >= 1.0) return fmt::format("{:g} m", metres);

@@ -26,6 +26,9 @@ double round_length(double length);
 // "5 m", "20 cm", "2 km".
 std::string format_length(double metres);
 
+// "-20", "0.5", "0": beside a line of the ground.
+std::string tick_text(double metres);
+
 // Covers the box with a margin; longer in x or y where that brings it to aspect = x / y extent (0: as the box
 // has it).
 Ground plan_ground(const Eigen::AlignedBox3d& box_W, double aspect);

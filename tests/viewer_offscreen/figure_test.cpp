@@ -106,6 +106,13 @@ TEST_CASE("lengths are round") {
   CHECK(format_length(2000.0) == "2 km");
 }
 
+TEST_CASE("ticks are short, and zero has no sign") {
+  CHECK(tick_text(-0.0) == "0");
+  CHECK(tick_text(0.0) == "0");
+  CHECK(tick_text(-20.0) == "-20");
+  CHECK(tick_text(0.5) == "0.5");
+}
+
 TEST_CASE("the ground lies under the content with a margin and has the wanted shape") {
   const Eigen::AlignedBox3d box(Eigen::Vector3d(-10, 0, -1), Eigen::Vector3d(30, 10, 4));
   const Ground ground = plan_ground(box, 1.5);
