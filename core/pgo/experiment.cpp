@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <numbers>
 #include <random>
+#include <utility>
 
 #include "core/base/error.h"
 
@@ -72,6 +73,8 @@ Injection inject_outliers(const PoseGraph& graph, double share, std::uint64_t se
     kappas.push_back(edge.kappa);
     taus.push_back(edge.tau);
   }
+  const double kappa = median(std::move(kappas));
+  const double tau = median(std::move(taus));
   const std::vector<int> offsets = graph.offsets();
   const int n = graph.poses();
   const int with_poses = static_cast<int>(
@@ -90,8 +93,8 @@ Injection inject_outliers(const PoseGraph& graph, double share, std::uint64_t se
       edge.to = pose_at(offsets, to);
     } while (with_poses > 1 ? !edge.between_robots() : std::abs(from - to) <= 1);
     edge.measurement = random_motion(random, graph.dimension);
-    edge.kappa = median(kappas);
-    edge.tau = median(taus);
+    edge.kappa = kappa;
+    edge.tau = tau;
     result.graph.edges.push_back(edge);
     result.is_true.push_back(false);
   }
