@@ -143,6 +143,7 @@ std::optional<SavedRound> GraphLog::load_round() const {
       auto& T_W_K = solution.segments[part.segments[k]];
       if (part.ids[k] != static_cast<int>(T_W_K.size())) return std::nullopt;
       T_W_K.push_back(pgo::pose_at(part.T_W_K, k));
+      if (!T_W_K.back().translation.allFinite()) return std::nullopt;
     }
   }
   return round;

@@ -2,6 +2,7 @@
 #include "procs/dpgo/graph_log.h"
 
 #include <catch2/catch.hpp>
+#include <limits>
 
 #include "tests/core/pgo/scratch.h"
 
@@ -97,6 +98,11 @@ TEST_CASE("a round is read back whole or not at all") {
   REQUIRE(loaded->solution.graph == 99);
   REQUIRE(loaded->solution.segments.at(5)[1].translation.y() == 5.0);
   REQUIRE(loaded->gauges == round.gauges);
+  SavedRound damaged = round;
+  damaged.trajectory[0].T_W_K[12] = std::numeric_limits<double>::quiet_NaN();
+  log->save(damaged, 1);
+  REQUIRE_FALSE(log->load_round());
+  log->save(round, 1);
   const auto file = folder.path / "dpgo_solution.lcm";
   std::filesystem::resize_file(file, std::filesystem::file_size(file) - 5);
   REQUIRE_FALSE(log->load_round());
