@@ -59,6 +59,17 @@ TEST_CASE("every robot's colour is in the plot and in the legend, in both views"
   }
 }
 
+TEST_CASE("references of one name share one entry of the legend") {
+  const auto drawn_with = [](const std::vector<std::string>& more_names) {
+    FigureContent content = team(1, 20.0);
+    content.references.push_back({"truth", content.trajectories[0].points_W, std::nullopt});
+    for (const std::string& name : more_names) content.references.push_back({name, {}, std::nullopt});
+    return encode_png(draw_figure(shared_renderer(), content, View::kTop, kSmall));
+  };
+  CHECK(drawn_with({}) == drawn_with({"truth", "truth"}));
+  CHECK(drawn_with({}) != drawn_with({"other"}));
+}
+
 TEST_CASE("equal content gives equal bytes") {
   const FigureContent content = team(2, 10.0);
   const std::vector<std::uint8_t> first =
