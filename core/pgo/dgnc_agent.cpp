@@ -78,7 +78,7 @@ const char* DgncAgent::receive(const AgentMessage& message, Utime now) {
         } else if constexpr (std::is_same_v<T, dpgo_request_t>) {
           return receive_request(m, now);
         } else if constexpr (kIsRoundMessage<T>) {
-          return receive_round_message(m);
+          return receive_round_message(m, now);
         } else {
           return nullptr;
         }
@@ -98,7 +98,7 @@ const char* DgncAgent::receive_beacon(const dpgo_beacon_t& beacon, Utime now) {
     const Utime older_by = known->second.beacon.utime - beacon.utime;
     if (older_by > 0 && older_by < options_.silence_us) return "late";
   }
-  peers_[beacon.from] = {beacon, now};
+  peers_[beacon.from] = {beacon, now, now};
   newest_round_ = std::max(newest_round_, beacon.round);
   return nullptr;
 }
@@ -132,8 +132,12 @@ const char* DgncAgent::receive_request(const dpgo_request_t& request, Utime now)
   return nullptr;
 }
 
-const char* DgncAgent::receive_round_message(const RoundMessage& message) {
+const char* DgncAgent::receive_round_message(const RoundMessage& message, Utime now) {
   if (!round_ || round_->name() != round_of(message)) return "other_round";
+  if (round_->done() && number_of(message) > others_number_) {  // of another part, which takes longer
+    others_number_ = number_of(message);
+    last_progress_ = now;
+  }
   return round_->receive(message);
 }
 
@@ -169,8 +173,11 @@ void DgncAgent::tick(Utime now) {
 
 // Somebody set the clock: what was noted in its future would hold everything up until it has come that far again.
 void DgncAgent::follow_clock_back(Utime now) {
-  for (auto& [robot, peer] : peers_) peer.heard = std::min(peer.heard, now);
-  for (Utime* noted : {&last_change_, &last_proposal_, &last_progress_, &last_request_}) {
+  for (auto& [robot, peer] : peers_) {
+    peer.heard = std::min(peer.heard, now);
+    peer.beacon_heard = std::min(peer.beacon_heard, now);
+  }
+  for (Utime* noted : {&last_change_, &last_proposal_, &last_progress_, &last_end_, &last_request_}) {
     *noted = std::min(*noted, now);
   }
   if (new_since_) new_since_ = std::min(*new_since_, now);
@@ -204,7 +211,9 @@ bool DgncAgent::something_new(Utime now) const {
     return true;
   return std::any_of(robots.begin(), robots.end(), [&](int robot) {
     if (robot == robot_) return false;
-    const dpgo_beacon_t& beacon = peers_.at(robot).beacon;
+    const Peer& peer = peers_.at(robot);
+    if (peer.beacon_heard < last_end_) return false;  // where it stands since, the next one will say
+    const dpgo_beacon_t& beacon = peer.beacon;
     const bool in_my_last = beacon.running && RoundName{beacon.round, beacon.anchor} == solution_.round;
     if (in_my_last && last_round_can_end(now)) return false;
     return beacon.graph != beacon.solved_graph ||
@@ -273,6 +282,7 @@ void DgncAgent::join_round(const dpgo_round_t& proposal, Utime now) {
   round_.emplace(RoundName{proposal.round, proposal.from}, std::move(members), graph(), starts(), mu,
                  options_.dgnc);
   last_resend_.clear();
+  others_number_ = 0;
   last_progress_ = now;
   last_request_ = now;
   collect(now);
@@ -329,6 +339,7 @@ bool DgncAgent::advance(Utime now) {
     if (segment.placed) solution_.segments[segment.segment] = segment.T_W_K;
   }
   unfinished_.reset();
+  last_end_ = now;
   result_ = result;
   say_beacon(now);
   return true;

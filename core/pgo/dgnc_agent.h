@@ -94,13 +94,14 @@ class DgncAgent {
  private:
   struct Peer {
     dpgo_beacon_t beacon;
-    Utime heard = 0;
+    Utime heard = 0;         // of anything
+    Utime beacon_heard = 0;  // of this beacon
   };
 
   const char* receive_beacon(const dpgo_beacon_t& beacon, Utime now);
   const char* receive_round(const dpgo_round_t& proposal, Utime now);
   const char* receive_request(const dpgo_request_t& request, Utime now);
-  const char* receive_round_message(const RoundMessage& message);
+  const char* receive_round_message(const RoundMessage& message, Utime now);
 
   bool present(int robot, Utime now) const;
   std::vector<int> present_robots(Utime now) const;  // with keyframes, this one included; ascending
@@ -142,7 +143,9 @@ class DgncAgent {
   std::optional<Utime> new_since_;
   std::optional<Utime> last_beacon_;
   Utime last_proposal_ = 0;
-  Utime last_progress_ = 0;
+  Utime last_progress_ = 0;  // of the round; once it has ended here, of the others in it
+  int others_number_ = 0;    // the highest of the round's messages that came after its end here
+  Utime last_end_ = 0;       // of a round
   Utime last_request_ = 0;
   std::map<int, Utime> last_resend_;  // by number
   std::vector<AgentMessage> outgoing_;

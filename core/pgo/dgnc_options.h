@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <cstdint>
+
 #include "core/pgo/block_solver.h"
 #include "core/pgo/frame_alignment.h"
+#include "core/pgo/hash.h"
 
 namespace covey::pgo {
 
@@ -28,5 +31,20 @@ struct DgncOptions {
   AlignmentOptions alignment{.min_inliers = 1};
   BlockSolverOptions block{.max_outer = 1, .max_inner = 10};  // more per update costs time and gains nothing
 };
+
+// Of those by which all members of a round must decide alike. Not of `alignment` and `block`: what one member makes by
+// these the others take as it comes.
+inline std::uint64_t common_hash(const DgncOptions& options) {
+  Hash hash;
+  for (const double value :
+       {options.barc2, options.mu_step, options.mu_max, options.tolerance, options.final_tolerance}) {
+    hash.add(value);
+  }
+  for (const int value : {options.rank, options.updates, options.final_updates, options.final_stages,
+                          options.max_updates, int{options.robust}, int{options.momentum}}) {
+    hash.add(static_cast<std::uint64_t>(value));
+  }
+  return hash.value();
+}
 
 }  // namespace covey::pgo

@@ -91,10 +91,12 @@ struct DgncRound::State {
   Phase phase = Phase::kJoin;
   int number = -1;
   std::map<int, std::map<int, RoundMessage>> inbox;  // by sender, by number
-  std::map<int, RoundMessage> sent;                  // the last two
+  std::map<int, RoundMessage> sent;                  // the last two, and those at partings
+  std::set<int> partings;                            // numbers after which this part waits for fewer
   std::vector<RoundMessage> outgoing;
 
-  std::vector<int> part;  // whose messages are waited for: all members, then those connected to me
+  // Whose messages are waited for: all members, then those with my options, then of these those connected to me.
+  std::vector<int> part;
   std::map<int, Member> known;
   std::vector<int> offsets;       // of each segment's first pose in the block
   std::vector<int> public_index;  // of each public keyframe, in the block
@@ -150,7 +152,7 @@ struct DgncRound::State {
     inbox[me()].clear();
     inbox[me()].emplace(number, m);
     sent.emplace(number, m);
-    sent.erase(number - 2);
+    if (partings.count(number - 2) == 0) sent.erase(number - 2);
     outgoing.emplace_back(std::move(m));
   }
   // The message of the current number; of the type that the phase wants.
@@ -217,15 +219,19 @@ struct DgncRound::State {
       m.loops.push_back(static_cast<std::int32_t>(loops.size()));
       m.hashes.push_back(hash_of(loops));
     }
+    m.peers.push_back(me());
+    m.loops.push_back(0);
+    m.hashes.push_back(static_cast<std::int64_t>(common_hash(options)));
     m.n_peers = static_cast<std::int32_t>(m.peers.size());
     send(std::move(m));
   }
 
   void take_joins() {
     for (const int robot : members) known[robot].join = from<dpgo_join_t>(robot);
+    part_by_options();
     bool differ = false;
-    for (const int a : members) {
-      for (const int b : members) differ = differ || (a < b && agreed_hash(a, b) != agreed_hash(b, a));
+    for (const int a : part) {
+      for (const int b : part) differ = differ || (a < b && agreed_hash(a, b) != agreed_hash(b, a));
     }
     if (differ) {
       phase = Phase::kKeys;
@@ -233,6 +239,28 @@ struct DgncRound::State {
     } else {
       agree([](int, const GraphLoop&) { return true; });
     }
+  }
+
+  // Members with other options would end their stages elsewhere: each such part goes its own way.
+  void part_by_options() {
+    std::vector<int> alike;
+    for (const int robot : members) {
+      if (agreed_hash(robot, robot) == agreed_hash(me(), me())) {
+        alike.push_back(robot);
+      } else {
+        warnings.push_back(
+            fmt::format("robot {}'s section dpgo differs from robot {}'s, so they do not solve together; "
+                        "give all robots the same",
+                        robot, me()));
+      }
+    }
+    continue_with(std::move(alike));
+  }
+
+  // Waits for these alone from here on. The others may yet miss the message that all had to have to get here.
+  void continue_with(std::vector<int> robots) {
+    if (robots.size() < part.size()) partings.insert(number);
+    part = std::move(robots);
   }
 
   std::int64_t agreed_hash(int robot, int peer) const {
@@ -244,7 +272,7 @@ struct DgncRound::State {
   void send_keys() {
     dpgo_keys_t m = message<dpgo_keys_t>();
     for (const auto& [peer, loops] : graph.shared_loops) {
-      if (!std::binary_search(members.begin(), members.end(), peer)) continue;
+      if (!std::binary_search(part.begin(), part.end(), peer)) continue;
       if (agreed_hash(me(), peer) == agreed_hash(peer, me())) continue;
       for (const GraphLoop& loop : loops) {
         m.peers.push_back(peer);
@@ -257,7 +285,7 @@ struct DgncRound::State {
 
   void take_keys() {
     std::map<int, std::set<std::uint64_t>> theirs;
-    for (const int robot : members) {
+    for (const int robot : part) {
       const dpgo_keys_t& m = from<dpgo_keys_t>(robot);
       for (int k = 0; k < m.n; ++k) {
         if (m.peers[k] == me()) theirs[robot].insert(static_cast<std::uint64_t>(m.keys[k]));
@@ -271,7 +299,7 @@ struct DgncRound::State {
   template <typename Agreed>
   void agree(Agreed agreed) {
     for (auto& [peer, loops] : graph.shared_loops) {
-      if (!std::binary_search(members.begin(), members.end(), peer)) {
+      if (!std::binary_search(part.begin(), part.end(), peer)) {
         loops.clear();
         continue;
       }
@@ -328,7 +356,7 @@ struct DgncRound::State {
   }
 
   void take_starts() {
-    for (const int robot : members) {
+    for (const int robot : part) {
       const dpgo_start_t& m = from<dpgo_start_t>(robot);
       Member& member = known[robot];
       for (int k = 0; k < m.n; ++k) {
@@ -423,7 +451,7 @@ struct DgncRound::State {
 
   void take_alignments() {
     std::vector<PairAlignment> pairs;
-    for (const int robot : members) {
+    for (const int robot : part) {
       const dpgo_alignment_t& m = from<dpgo_alignment_t>(robot);
       for (int k = 0; k < m.n; ++k) {
         const Frame a{robot, m.segments_a[k]};
@@ -470,7 +498,7 @@ struct DgncRound::State {
         grown = true;
       }
     }
-    part.assign(reached.begin(), reached.end());
+    continue_with({reached.begin(), reached.end()});
   }
 
   // W is the frame of the anchor's start that reaches most segments (usually it has only one).

@@ -7,9 +7,11 @@
 // every other member; what it says depends on these messages and its own frozen graph alone. So all members are always
 // within one message of each other, loss and delay can only delay, doubles and disorder do nothing, and the result is the
 // same to the last bit as that of a lossless run. A robot that waits asks for what it misses (missing(), and the asked one
-// answers from resend()); it is enough that everybody keeps the last two messages.
+// answers from resend()); it is enough that everybody keeps the last two messages, and those after which the members
+// fell into parts.
 //
-//   0 join       what I bring: segments, and per member how many loops we share, with their hash
+//   0 join       what I bring: segments, per member how many loops we share, with their hash, and a hash of my options;
+//                whose options are not mine is waited for no longer, as it would end stages elsewhere
 //   - keys       only if two members' hashes differ: the names of the shared loops; both keep those that both know
 //   1 start      my public keyframes (ends of shared loops, and the first of each segment), in the frame of my start
 //   2 alignment  of each pair of segments the lower one's robot averages the loops between them (paper, eq. 5);
@@ -31,7 +33,8 @@
 // and no message is spent on it; the lower robot owns the loop where loops are counted. Poses travel as 16-bit
 // differences to what was sent before, so the rounding error of one update is part of the next difference and dies out.
 //
-// Members without loops between them fall into parts, each with its own anchor (its lowest robot) and frame W.
+// Members without loops between them, or with different options, fall into parts, each with its own anchor (its lowest
+// robot) and frame W.
 //
 // Paper: Tian, Chang, Herrera Arias, Nieto-Granda, How, Carlone, "Kimera-Multi", T-RO 2022, section V.
 

@@ -41,8 +41,11 @@ class Team {
     for (int robot = 0; robot < graph.robots(); ++robot) start(robot);
   }
 
-  void start(int robot) {
-    agents_[robot] = std::make_unique<DgncAgent>(robot, now_ + 1, options_);
+  void start(int robot) { start(robot, options_.dgnc); }
+  void start(int robot, const DgncOptions& dgnc) {
+    AgentOptions options = options_;
+    options.dgnc = dgnc;
+    agents_[robot] = std::make_unique<DgncAgent>(robot, now_ + 1, options);
     results_.erase(robot);
   }
   void stop(int robot) { agents_.erase(robot); }
@@ -364,6 +367,48 @@ TEST_CASE("what only one robot knows of two is left out, and said") {
     return warning.find("robots 0-1 are left out: robot 1 does not know them") != std::string::npos;
   }));
   REQUIRE(team.cost() == Approx(solve_distributed(small_world().graph).cost).epsilon(1e-6));
+}
+
+bool warns_of(const RoundResult& result, int robot) {
+  const std::string words = "robot " + std::to_string(robot) + "'s section dpgo differs";
+  return std::any_of(result.warnings.begin(), result.warnings.end(),
+                     [&](const std::string& warning) { return warning.find(words) != std::string::npos; });
+}
+
+TEST_CASE("robots with other options solve apart, hold nobody up, and are named") {
+  const auto changed = [](auto change) {
+    DgncOptions options;
+    change(options);
+    return options;
+  };
+  for (const DgncOptions& other :
+       {changed([](DgncOptions& o) { o.mu_step = 1.4; }), changed([](DgncOptions& o) { o.updates = 3; }),
+        changed([](DgncOptions& o) { o.barc2 = 100.0; }), changed([](DgncOptions& o) { o.tolerance = 1e-2; }),
+        changed([](DgncOptions& o) { o.rank = 3; }), changed([](DgncOptions& o) { o.momentum = false; })}) {
+    for (const int odd : {0, 1}) {
+      Team team(small_world().graph, {.loss = 0.3, .delay_us = 30'000}, 1, 8 * kSecond);
+      team.start(odd, other);
+      team.feed_all();
+      REQUIRE(team.run_until_solved(100 * kSecond));
+      REQUIRE(team.results().at(0).name.number == 1);
+      for (const auto& [robot, result] : team.results()) {
+        for (const int member : {0, 1, 2}) {
+          const bool together = (robot == odd) == (member == odd);
+          REQUIRE(warns_of(result, member) != together);
+          REQUIRE(together == std::binary_search(result.robots.begin(), result.robots.end(), member));
+        }
+      }
+      team.run_for(60 * kSecond);
+      REQUIRE(team.results().at(0).name.number == 1);
+    }
+  }
+}
+
+TEST_CASE("options that only one robot works with need not be the same") {
+  DgncOptions options;
+  options.alignment.translation_sigma = 0.4;
+  options.block.max_inner = 5;
+  REQUIRE(common_hash(options) == common_hash({}));
 }
 
 // Values that a correct member would not send, in messages that decode.
