@@ -8,8 +8,10 @@
 
 #include "core/base/error.h"
 #include "core/geometry/trajectory.h"
+#include "procs/common/bus.h"
 #include "viewer_offscreen/loops.h"
 #include "viewer_offscreen/ply.h"
+#include "viewer_offscreen/png.h"
 
 namespace covey::viewer {
 namespace {
@@ -27,19 +29,29 @@ struct Arguments {
   std::string out;
   ObliqueOptions oblique;
   bool solid = false;
+  std::vector<int> robots;
+  std::vector<std::string> urls;
+  std::optional<double> every_s;
 };
+
+constexpr double kDefaultEveryS = 5.0;
 
 Arguments parse_arguments(int argc, const char* const* argv) {
   Arguments arguments;
-  CLI::App app("Trajectories, loop closures and meshes as PNG pictures, drawn without a screen.",
-               "viewer_offscreen");
-  app.add_option("--trajectory", arguments.trajectories, "a robot's TUM file; may be given again")
-      ->type_name("NAME=FILE.tum[,#rrggbb]");
+  CLI::App app(
+      "Trajectories, loop closures and meshes as PNG pictures, drawn without a screen.\n"
+      "From files: draws what --trajectory, --loops, --reference and --mesh name, once.\n"
+      "From a bus: draws what dpgo says there, with --robot or --url, until it is ended by a signal;\n"
+      "from a log (--url file://F.lcm), what had been said by its end. --reference and --mesh are drawn too.",
+      "viewer_offscreen");
+  auto* trajectory =
+      app.add_option("--trajectory", arguments.trajectories, "a robot's TUM file; may be given again")
+          ->type_name("NAME=FILE.tum[,#rrggbb]");
   app.add_option("--reference", arguments.references, "a TUM file drawn thin and grey; may be given again")
       ->type_name("[NAME=]FILE.tum");
-  app.add_option("--loops", arguments.loops,
-                 "text, one loop a line: x0 y0 z0 x1 y1 z1 accepted|rejected|true|false")
-      ->type_name("FILE");
+  auto* loops = app.add_option("--loops", arguments.loops,
+                               "text, one loop a line: x0 y0 z0 x1 y1 z1 accepted|rejected|true|false")
+                    ->type_name("FILE");
   app.add_option("--mesh", arguments.meshes, "a mesh; may be given again")->type_name("FILE.ply");
   app.add_option("--view", arguments.view, "both writes OUT_top.png and OUT_oblique.png")
       ->check(CLI::IsMember({"top", "oblique", "both"}))
@@ -58,6 +70,20 @@ Arguments parse_arguments(int argc, const char* const* argv) {
       ->capture_default_str();
   app.add_flag("--solid", arguments.solid,
                "show meshes from behind too; by default one looks through walls from outside");
+  auto* robot = app.add_option("--robot", arguments.robots,
+                               "draw what is said on this robot's private bus; may be given again")
+                    ->check(CLI::Range(0, kLastRobot))
+                    ->excludes(trajectory)
+                    ->excludes(loops);
+  app.add_option("--url", arguments.urls, "the same of an LCM bus or a log, file://F.lcm; may be given again")
+      ->excludes(trajectory)
+      ->excludes(loops)
+      ->excludes(robot);
+  app.add_option(
+         "--every", arguments.every_s,
+         fmt::format("on a bus: seconds from one picture to the next, if anything changed (default: {})",
+                     kDefaultEveryS))
+      ->check(CLI::Range(0.1, 3600.0));
   app.add_option("--out", arguments.out, "the picture")->type_name("FILE.png")->required();
   try {
     app.parse(argc, argv);
@@ -129,11 +155,20 @@ FigureContent read_content(const Arguments& arguments) {
     content.references.push_back(read_reference(argument));
   for (const std::string& file : arguments.meshes) content.meshes.push_back(read_ply(file));
   if (!arguments.loops.empty()) content.loops = read_loops(arguments.loops);
-  if (!has_content(content)) {
-    throw_input_error(
-        "nothing to draw; give at least one --trajectory, --reference, --loops or --mesh with content");
-  }
   return content;
+}
+
+std::optional<Watch> plan_watch(const Arguments& arguments) {
+  if (arguments.robots.empty() && arguments.urls.empty()) {
+    if (arguments.every_s) throw_input_error("--every is for a bus; give --robot or --url too");
+    return std::nullopt;
+  }
+  Watch watch;
+  watch.urls = arguments.urls;
+  for (const int robot : arguments.robots) watch.urls.push_back(robot_bus_url(robot));
+  if (!arguments.robots.empty()) watch.robot = arguments.robots.front();
+  watch.every_us = from_seconds(arguments.every_s.value_or(kDefaultEveryS));
+  return watch;
 }
 
 std::vector<Picture> plan_pictures(const Arguments& arguments) {
@@ -154,8 +189,20 @@ Command parse_command(int argc, const char* const* argv) {
   command.options.size = parse_size(arguments.size);
   command.options.oblique = arguments.oblique;
   command.options.see_through = !arguments.solid;
+  command.watch = plan_watch(arguments);
   command.content = read_content(arguments);
+  if (!command.watch && !has_content(command.content)) {
+    throw_input_error(
+        "nothing to draw; give at least one --trajectory, --reference, --loops or --mesh with content, or "
+        "--robot or --url");
+  }
   return command;
+}
+
+void write_pictures(Renderer& renderer, const Command& command, const FigureContent& content) {
+  for (const Picture& picture : command.pictures) {
+    write_png(picture.file, draw_figure(renderer, content, picture.view, command.options));
+  }
 }
 
 }  // namespace covey::viewer

@@ -98,6 +98,7 @@ class Bus {
   std::unique_ptr<Impl> impl_;
 };
 
+constexpr int kLastRobot = 19;  // ports 7700+r, 7720+r and 7740+r stay apart
 // The URL of a robot's private bus.
 std::string robot_bus_url(int robot);
 // file://F.lcm

@@ -7,12 +7,6 @@
 #include "core/base/error.h"
 
 namespace covey {
-namespace {
-
-constexpr int kLastRobot = 19;  // ports 7700+r, 7720+r and 7740+r stay apart
-
-}  // namespace
-
 std::optional<CommandLine> parse_command_line(int argc, char** argv, const ProcessOptions& options) {
   CommandLine command;
   command.name = options.name;
