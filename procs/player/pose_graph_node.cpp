@@ -3,6 +3,10 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+
 #include "core/pgo/robot_csv.h"
 #include "procs/common/channels.h"
 
@@ -14,13 +18,27 @@ constexpr Utime kTickUs = 5'000;
 // some ticks.
 constexpr int kBurst = 10;
 
+// When the first of this robot's players was started. A disk that is full costs what a restart would gain, not the run.
+Utime first_start(const std::filesystem::path& folder, Utime now) {
+  if (folder.empty()) return now;
+  const std::filesystem::path file = folder / "player_start_utime.txt";
+  if (Utime saved = 0; std::ifstream(file) >> saved && saved > 0) return std::min(saved, now);
+  std::filesystem::path fresh = file;
+  fresh += ".new";
+  std::ofstream(fresh) << now << '\n';
+  std::error_code failed;
+  std::filesystem::rename(fresh, file, failed);
+  if (failed) spdlog::warn("{}: {}; a restart will begin anew", file.string(), failed.message());
+  return now;
+}
+
 }  // namespace
 
 PoseGraphNode::PoseGraphNode(Process& process, const PlayerOptions& options)
     : process_(process),
       speed_(options.speed),
       messages_(sim::front_end_messages(pgo::read_robot_csv(options.pose_graph), process.robot())),
-      start_(process.now()) {
+      start_(first_start(process.state_dir(), process.now())) {
   process_.status().set_phase("playing");
   timer_ = process_.loop().call_every(kTickUs, [this] { publish_due(); });
 }

@@ -7,7 +7,9 @@
 // writes  KEYFRAME, LOOP (numbered streams), then STREAM_HEAD until it is told to stop: phases "playing",
 // "done"
 //
-// Started again it says the same from the beginning; readers know the numbers and drop them as duplicates.
+// Started again it says the same from the beginning; readers know the numbers and drop them as duplicates. With --state
+// it knows when it was first started: what was due by now is said at once, paced for stock receive buffers, and the
+// rest in time, so that a restart costs the run nothing.
 
 #include <vector>
 

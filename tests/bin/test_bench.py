@@ -133,6 +133,20 @@ class Player(Bench):
         self.assertEqual(again["LOOP"], first["LOOP"])
         self.assertNotIn("STREAM_HEAD", again)
 
+    def test_a_killed_player_catches_up(self):
+        self.simulate(seconds=40)
+        graph = (f"{PLAYER} --robot 1 --pose-graph {self.path('graph')} --speed 13 --state {self.path('state')} "
+                 f"--url '{self.URL}'")  # 39 s of data in 3 s
+        keyframes = self.record(f"timeout -s KILL 2 {graph}; timeout -s INT 2 {graph}", 5)["KEYFRAME"]
+        # From its own start on, the second player would come to the 26th of 40.
+        before, after = keyframes[:-40], keyframes[-40:]
+        self.assertEqual(len(set(after)), 40)
+        self.assertEqual(before, after[:len(before)])
+        self.assertGreater(len(before), 5)
+        self.assertLess(len(before), 35)
+        stamps = [event.utime for event in lcm_log.Log(self.path("heard.lcm")) if event.channel == "KEYFRAME"]
+        self.assertGreater((stamps[-1] - stamps[0]) * 1e-6, 2.9)  # the rest comes in time
+
     def test_refusals(self):
         self.refuses("give one source to play", PLAYER, "--robot", "1")
         self.refuses("--pose-graph needs --robot", PLAYER, "--pose-graph", self.folder, "--url", self.URL)
