@@ -6,9 +6,10 @@ import os
 import shutil
 import subprocess
 import sys
+import time
 import webbrowser
 
-from covey_tools import places, report, report_page, report_words, team_sheet, worlds
+from covey_tools import places, radio_plan, report, report_page, report_words, team_sheet, worlds
 from covey_tools.errors import Failure, InputError
 from covey_tools.team_run import TeamRun
 
@@ -26,14 +27,15 @@ output, in --out
   traj/          robot<i>_vio.tum: odometry alone; robot<i>_team.tum: the team's solution (stamps in s, poses in W)
   snapshots/     pictures before and after
   logs/          every bus as an LCM log: robot<i>.lcm, air.lcm (the radio); processes/: what each process printed
+  radio.yaml     --radio with the start of the contact plan, where it has one without epoch_utime
   demo.procman   the sheet that was run; graph/: the pose graph; state/: what processes read after a restart
 
 exit codes: 0 done; 1 not everything was solved in time, or a program failed (the report says what is missing);
 2 wrong usage or input; 130 interrupted (the report is written)"""
 
 # What a run leaves in --out, and the next one replaces.
-OUTPUTS = ("report.json", "report.html", "demo.procman", "results.lcm", "graph", "traj", "snapshots", "logs", "state",
-           "central")
+OUTPUTS = ("report.json", "report.html", "demo.procman", "radio.yaml", "results.lcm", "graph", "traj", "snapshots",
+           "logs", "state", "central")
 
 
 def main(arguments=None):
@@ -140,9 +142,20 @@ def _empty_output(out):
     return out
 
 
+def _radio_file(radio, out):
+    """What all bridges are given, --radio or a copy with one epoch for its contacts."""
+    text = radio_plan.with_epoch(radio, int(time.time() * 1e6))
+    if text is None:
+        return os.path.abspath(radio)
+    path = os.path.join(out, "radio.yaml")
+    with open(path, "w", encoding="utf-8") as file:
+        file.write(text)
+    return path
+
+
 def _run_team(world, robots, options, out):
     sheet = os.path.join(out, "demo.procman")
-    team_sheet.write(sheet, world.robots, {"OUT": out, "WORLD": world.file, "RADIO": os.path.abspath(options.radio),
+    team_sheet.write(sheet, world.robots, {"OUT": out, "WORLD": world.file, "RADIO": _radio_file(options.radio, out),
                                            "GRAPH": os.path.join(out, "graph"), "SPEED": f"{world.speed:g}"})
     seconds = max(robot.keyframes for robot in robots)
     keyframes = sum(robot.keyframes for robot in robots)

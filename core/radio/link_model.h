@@ -10,7 +10,8 @@
 //   rate_bytes_per_s: 0  what a robot may send; 0: no limit (the sender's own budget, see Budget)
 //   burst_bytes: 16000   what it may send at once after a pause
 //   seed: 1
-//   epoch_utime: 0       us; contacts count from here. 0: from the first datagram heard
+//   epoch_utime: 0       us; contacts count from here, and all bridges of a team want the same. 0: from the first
+//                        datagram that this run of this bridge hears; bin/demo sets its own start instead
 //   contacts:            who hears whom when; absent: everyone always hears everyone
 //     - {a: 0, b: 1, from_s: 0, until_s: 60}
 //
