@@ -58,9 +58,13 @@ def read_tum(path):
     with open(path, encoding="ascii", errors="replace") as lines:
         for line in lines:
             fields = line.split()
-            if len(fields) == 8 and not line.startswith("#"):
+            if len(fields) != 8 or line.startswith("#"):
+                continue
+            try:
                 stamp, x, y, z, qx, qy, qz, qw = map(float, fields)
-                trajectory.append((stamp, ((qw, qx, qy, qz), (x, y, z))))
+            except ValueError:
+                continue
+            trajectory.append((stamp, ((qw, qx, qy, qz), (x, y, z))))
     return trajectory
 
 

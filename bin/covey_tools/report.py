@@ -2,12 +2,13 @@
 """report.json: everything that a demo's run came to, as figures.
 
 What a world cannot have is left out: without truth there are no ATEs, without images no meshes. What could not be
-measured although it should have been stands in "notes", as sentences.
+measured although it should have been stands in "notes", as sentences; whatever went wrong there, the rest is measured.
 """
 
 import json
 import os
 import subprocess
+import traceback
 from dataclasses import dataclass
 
 from covey_tools import evaluation, lcm_log, messages, motion, pictures, places
@@ -57,24 +58,33 @@ def make(run):
         "barc2": run.world.barc2,
         "commit": _commit(),
     }
-    trajectories = Trajectories(run)
     figures = []
-    for step in (_measure_lengths, _measure_rounds, _measure_graph, _measure_truth, _measure_central, _check_air):
-        _attempt(facts, lambda each=step: each(facts, run, trajectories))
-    _attempt(facts, lambda: figures.extend(pictures.draw(run, facts, trajectories)))
+    _attempt(facts, "rounds", lambda: _measure_rounds(facts, run))
+    _attempt(facts, "radio", lambda: _check_air(facts, run))
+    trajectories = _attempt(facts, "trajectories", lambda: Trajectories(run))
+    if trajectories:
+        for part, step in (("lengths", _measure_lengths), ("graph", _measure_graph), ("truth", _measure_truth),
+                           ("central solution", _measure_central)):
+            _attempt(facts, part, lambda each=step: each(facts, run, trajectories))
+        _attempt(facts, "pictures", lambda: figures.extend(pictures.draw(run, facts, trajectories)))
     with open(run.file("report.json"), "w", encoding="utf-8") as file:
         json.dump(facts, file, indent=2)
         file.write("\n")
     return {**facts, "figures": figures}
 
 
-def _attempt(facts, step):
-    """One thing that cannot be measured is no reason to give up the others."""
+def _attempt(facts, part, step):
+    """The step's result. One part that cannot be measured, or is a mistake of ours, is no reason to lose the others."""
     try:
-        step()
+        return step()
     except (Failure, InputError) as error:
-        if str(error) not in facts["notes"]:
-            facts["notes"].append(str(error))
+        note = str(error)
+    except Exception as error:  # noqa: whatever a damaged file or a mistake in the arithmetic may raise
+        place = traceback.extract_tb(error.__traceback__)[-1]
+        note = f"{part}: {type(error).__name__}: {error} ({os.path.basename(place.filename)}:{place.lineno})"
+    if note not in facts["notes"]:
+        facts["notes"].append(note)
+    return None
 
 
 class Trajectories:
@@ -108,7 +118,7 @@ def _communication(run):
             "centralized_keypoints": keyframes * KEYPOINTS_BYTES, "centralized_images": keyframes * IMAGES_BYTES}
 
 
-def _check_air(facts, run, trajectories):
+def _check_air(facts, run):
     """The bridges' word against the radio's log. A process that is killed takes its last second of counts along."""
     said = facts["communication_bytes"]["total"]
     heard = evaluation.evaluate_radio(run.file("logs", "air.lcm"))["total"]["bytes"]
@@ -123,7 +133,7 @@ def _measure_lengths(facts, run, trajectories):
         robot["length_m"] = motion.length(next(way for way in ways if way))
 
 
-def _measure_rounds(facts, run, trajectories):
+def _measure_rounds(facts, run):
     team = run.outcome.team
     updates = [team.said("dpgo", robot.id).gauges.get("updates", 0) for robot in run.robots]
     facts["team"].update({

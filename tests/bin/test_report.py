@@ -1,14 +1,17 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """bin/demo's bookkeeping and report, from canned words and files."""
 
+import html
 import json
 import os
 import types
 import unittest
+from unittest import mock
 
 from support import Folder
 
-from covey_tools import evaluation, lcm_log, messages, motion, report, report_page, team_sheet, worlds
+from covey_tools import (demo_command, evaluation, lcm_log, messages, motion, pictures, report, report_page, report_words,
+                         team_sheet, worlds)
 from covey_tools.errors import InputError
 from covey_tools.grammar import read_sheet
 from covey_tools.team import Team
@@ -195,6 +198,33 @@ class ReportTest(Folder, unittest.TestCase):
         self.assertNotIn("cost", found["team"])
         self.assertTrue(os.path.getsize(os.path.join(self.folder, "traj", "robot2_vio.tum")) > 1000)
         self.assertTrue(os.path.exists(os.path.join(self.folder, "report.html")))
+
+    def test_whatever_goes_wrong_in_one_part_the_others_are_there(self):
+        self.solve()
+        for part, culprit in (("rounds", (report, "_measure_rounds")), ("radio", (evaluation, "evaluate_radio")),
+                              ("lengths", (motion, "length")), ("graph", (evaluation, "evaluate_graph")),
+                              ("truth", (evaluation, "evaluate_trajectories")),
+                              ("central solution", (evaluation, "solve_centrally")), ("pictures", (pictures, "draw"))):
+            with mock.patch.object(pictures, "draw", return_value=[]), \
+                    mock.patch.object(*culprit, side_effect=KeyError("gone")):
+                found = self.make()
+            named = [note for note in found["notes"] if note.startswith(f"{part}: KeyError: 'gone' (")]
+            self.assertEqual(len(named), 1, found["notes"])
+            self.assertIn(html.escape(named[0]), self.read("report.html"))
+            for name, needs in (("rounds", {"rounds"}), ("precision", {"graph"}), ("ate_m", {"truth"}),
+                                ("loops_accepted_centralized", {"central solution", "graph"})):
+                self.assertEqual(name in found["team"], part not in needs, f"{name} without {part}")
+            self.assertEqual("length_m" in found["robots"][0], part != "lengths")
+            self.assertIn(named[0], report_words.table(found))
+            self.assertEqual(demo_command._conclude(Outcome(Team(self.robots), "done"), found), 1)
+
+    def test_a_torn_trajectory_costs_what_needs_it_and_no_more(self):
+        self.solve()
+        with open(os.path.join(self.folder, "traj", "robot1_team.tum"), "a", encoding="ascii") as file:
+            file.write("41.000000 1.0 2.0 3.0 0.0 0.0 0.0 1.0.5\n")
+        found = self.make()
+        self.assertTrue(any("robot1_team.tum" in note for note in found["notes"]), found["notes"])
+        self.assertIn("loops_accepted_centralized", found["team"])
 
 
 if __name__ == "__main__":
