@@ -69,7 +69,10 @@ void write_loops(const std::filesystem::path& file, const pgo::PoseGraph& graph,
 void print_score(const Options& options) {
   const pgo::PoseGraph graph = pgo::read_robot_csv(options.graph);
   GraphSolution solution{read_poses(graph, options.estimates, "--estimate"), std::nullopt};
-  if (!options.logs.empty()) solution.kept = kept_in_logs(graph, options.logs);
+  if (!options.logs.empty()) {
+    const std::vector<double> residuals_sq = pgo::squared_residuals(pgo::robust_form(graph), solution.poses);
+    solution.kept = kept_by_weights(graph, residuals_sq, weights_in_logs(options.logs));
+  }
   std::optional<pgo::Poses> truth;
   if (!options.truths.empty()) truth = read_poses(graph, options.truths, "--truth");
   const GraphScore score = score_graph(graph, solution, options.barc2, truth);

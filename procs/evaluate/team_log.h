@@ -7,13 +7,12 @@
 #include <filesystem>
 #include <vector>
 
-#include "core/pgo/pose_graph.h"
+#include "core/eval/loop_weights.h"
 
 namespace covey {
 
-// Per edge of the graph: true for odometry and for closures whose last weight is above one half. Both robots
-// of a closure speak of it; the one with the lower id owns the weight, and is believed. Closures that no log
-// speaks of were not kept.
-std::vector<bool> kept_in_logs(const pgo::PoseGraph& graph, const std::vector<std::filesystem::path>& logs);
+// The weights of each robot's last round. Both robots of a closure speak of it; the one with the lower id owns
+// the weight, and only its word is here.
+std::vector<SaidWeight> weights_in_logs(const std::vector<std::filesystem::path>& logs);
 
 }  // namespace covey
