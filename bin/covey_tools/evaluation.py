@@ -13,6 +13,11 @@ def evaluate_trajectories(estimates, references):
     return _json("evaluate", ["trajectory", "--estimate", *estimates, "--reference", *references])
 
 
+def evaluate_online(logs, references):
+    """evaluate online: the poses that each robot believed at the time; logs of the robots' buses."""
+    return _json("evaluate", ["online", "--log", *logs, "--reference", *references])
+
+
 def evaluate_graph(graph, estimates, barc2, truths=(), logs=(), loops=""):
     """evaluate graph: robust cost and loop closures; `loops`: a file to list them in, for pictures."""
     arguments = ["graph", "--graph", graph, "--barc2", f"{barc2:g}", "--estimate", *estimates]

@@ -61,6 +61,7 @@ def make(run):
     figures = []
     _attempt(facts, "rounds", lambda: _measure_rounds(facts, run))
     _attempt(facts, "radio", lambda: _check_air(facts, run))
+    _attempt(facts, "poses at the time", lambda: _measure_online(facts, run))
     trajectories = _attempt(facts, "trajectories", lambda: Trajectories(run))
     if trajectories:
         for part, step in (("lengths", _measure_lengths), ("graph", _measure_graph), ("truth", _measure_truth),
@@ -177,6 +178,18 @@ def _measure_truth(facts, run, trajectories):
         for robot, each in zip(facts["robots"], error["robots"]):
             robot[f"ate_{kind}_m"] = each["with_team"]["rmse_m"]
     trajectories.T_truth_W = evaluation.alignment(error)
+
+
+def _measure_online(facts, run):
+    """What each robot believed when it took its keyframes, of those that it took with a pose in W."""
+    truths = [robot.truth for robot in run.robots if robot.truth]
+    if not truths:
+        return
+    logs = [run.file("logs", f"robot{robot.id}.lcm") for robot in run.robots]
+    error = evaluation.evaluate_online(logs, truths)
+    facts["team"]["keyframes_online"] = error["counted"]
+    if error["counted"]:
+        facts["team"]["ate_online_m"] = error["ate_m"]
 
 
 def _measure_central(facts, run, trajectories):

@@ -5,7 +5,7 @@ import base64
 import html
 import os
 
-from covey_tools.report_words import against_central, metres, truth_of_loops
+from covey_tools.report_words import against_central, metres, other_ates, truth_of_loops
 
 _STYLE = """
 body { font: 15px/1.5 system-ui, sans-serif; color: #1d2733; background: #f6f7f9; margin: 0; }
@@ -75,8 +75,7 @@ def _tiles(facts):
 def _headlines(facts):
     team = facts["team"]
     if "ate_m" in team:
-        others = f"odometry alone {metres(team.get('ate_vio_m'))}, central {metres(team.get('ate_centralized_m'))}"
-        yield metres(team["ate_m"]), f"team ATE; {others}"
+        yield metres(team["ate_m"]), f"team ATE; {other_ates(facts)}"
     if "cost" in team:
         yield f"{team['cost']:,.1f}", "; ".join(filter(None, ["robust cost", against_central(team)]))
         yield (f"{team['loops_accepted']:,} of {team['loops_total']:,}",

@@ -12,6 +12,16 @@ def against_central(team):
     return f"{100 * (team['cost'] / central - 1):+.2f} % against central, {central:,.1f}" if central else ""
 
 
+def other_ates(facts):
+    """"odometry alone 1.5 m, central 0.2 m, at the time 0.7 m for 81 of 360 keyframes": beside the team's ATE."""
+    team = facts["team"]
+    words = f"odometry alone {metres(team.get('ate_vio_m'))}, central {metres(team.get('ate_centralized_m'))}"
+    if "ate_online_m" in team:
+        keyframes = sum(robot["keyframes"] for robot in facts["robots"])
+        words += f", at the time {metres(team['ate_online_m'])} for {team['keyframes_online']} of {keyframes} keyframes"
+    return words
+
+
 def truth_of_loops(team):
     """"precision 1.000, recall 0.995", or "" where truth is not known."""
     if "precision" not in team:
@@ -32,8 +42,7 @@ def table(facts):
 def _headlines(facts):
     team, sent = facts["team"], facts["communication_bytes"]
     if "ate_m" in team:
-        others = f"odometry alone {metres(team.get('ate_vio_m'))}, central {metres(team.get('ate_centralized_m'))}"
-        yield "team ATE", f"{metres(team['ate_m'])} ({others})"
+        yield "team ATE", f"{metres(team['ate_m'])} ({other_ates(facts)})"
     if "cost" in team:
         yield "robust cost", f"{team['cost']:,.1f} ({against_central(team) or 'nothing to compare with'})"
         central = team.get("loops_accepted_centralized")

@@ -134,7 +134,29 @@ class ReportTest(Folder, unittest.TestCase):
             results.write("TRAJECTORY", trajectory.encode(), 5)
         results.close()
         lcm_log.Writer(os.path.join(self.folder, "logs", "air.lcm")).close()
+        for robot in self.robots:
+            self.drive(robot)
         return central
+
+    def drive(self, robot):
+        """The robot's bus: one round, in a W that stands still, after 15 keyframes, and another at the end."""
+        log = lcm_log.Writer(os.path.join(self.folder, "logs", f"robot{robot.id}.lcm"))
+        solution = motion.read_tum(os.path.join(self.folder, "traj", f"robot{robot.id}_team.tum"))
+        for index, (stamp, (q, t)) in enumerate(motion.chain(robot.steps)):
+            keyframe = messages.message_type("keyframe_t")()
+            keyframe.utime, keyframe.robot, keyframe.segment, keyframe.id = int(stamp * 1e6), robot.id, 1_000_000, index
+            keyframe.q_O_K, keyframe.t_O_K = q, t
+            log.write("KEYFRAME", keyframe.encode(), keyframe.utime)
+            if index in (14, 39):
+                trajectory = messages.message_type("trajectory_t")()
+                trajectory.utime, trajectory.robot, trajectory.parts = keyframe.utime, robot.id, 1
+                trajectory.n = trajectory.total_poses = index + 1
+                trajectory.segments, trajectory.ids = [1_000_000] * trajectory.n, list(range(trajectory.n))
+                trajectory.utimes = [int(at * 1e6) for at, _ in solution[:trajectory.n]]
+                trajectory.T_W_K = [value for _, (r, p) in solution[:trajectory.n] for value in (*r, *p)]
+                trajectory.n_values = len(trajectory.T_W_K)
+                log.write("TRAJECTORY", trajectory.encode(), keyframe.utime)
+        log.close()
 
     def weights(self, robot):
         message = messages.message_type("loop_weights_t")()
@@ -174,6 +196,9 @@ class ReportTest(Folder, unittest.TestCase):
         self.assertAlmostEqual(team["cost_centralized"], central.cost, places=3)
         self.assertAlmostEqual(team["ate_m"], team["ate_centralized_m"], places=4)
         self.assertLess(team["ate_m"], team["ate_vio_m"])
+        self.assertEqual(team["keyframes_online"], 3 * 25)
+        self.assertTrue(team["ate_m"] < team["ate_online_m"] < team["ate_vio_m"], team)
+        self.assertIn(" for 75 of 120 keyframes)", report_words.table(found))
         pairs = [(pair["a"], pair["b"]) for pair in team["loops"]]
         self.assertEqual(pairs, [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)])
         self.assertTrue(all(pair["met"] for pair in team["loops"]))
@@ -202,6 +227,7 @@ class ReportTest(Folder, unittest.TestCase):
     def test_whatever_goes_wrong_in_one_part_the_others_are_there(self):
         self.solve()
         for part, culprit in (("rounds", (report, "_measure_rounds")), ("radio", (evaluation, "evaluate_radio")),
+                              ("poses at the time", (evaluation, "evaluate_online")),
                               ("lengths", (motion, "length")), ("graph", (evaluation, "evaluate_graph")),
                               ("truth", (evaluation, "evaluate_trajectories")),
                               ("central solution", (evaluation, "solve_centrally")), ("pictures", (pictures, "draw"))):
@@ -212,6 +238,7 @@ class ReportTest(Folder, unittest.TestCase):
             self.assertEqual(len(named), 1, found["notes"])
             self.assertIn(html.escape(named[0]), self.read("report.html"))
             for name, needs in (("rounds", {"rounds"}), ("precision", {"graph"}), ("ate_m", {"truth"}),
+                                ("ate_online_m", {"poses at the time"}),
                                 ("loops_accepted_centralized", {"central solution", "graph"})):
                 self.assertEqual(name in found["team"], part not in needs, f"{name} without {part}")
             self.assertEqual("length_m" in found["robots"][0], part != "lengths")
