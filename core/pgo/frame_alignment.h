@@ -1,16 +1,20 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-// Where one robot's odometry frame lies in another's, from loop closures half of which may be wrong; then all
-// frames in one, along a spanning tree of robots.
+// Where one robot's odometry frame lies in another's, from loop closures half of which may be wrong; then all frames in
+// one, along a spanning tree of robots.
 //
-// A closure between pose i of robot a and pose j of robot b gives a candidate for the pose of b's frame in
-// a's,
-//   T_A_B = T_A_i T_i_j T_B_j^-1                                                        (Kimera-Multi, T-RO
-//   2022, eq. 4)
+// A closure between pose i of robot a and pose j of robot b gives a candidate for the pose of b's frame in a's,
+//
+//   T_A_B = T_A_i T_i_j T_B_j^-1                                                                    (paper, eq. 4)
+//
 // Right closures agree, wrong ones scatter. The robust average minimises the truncated least squares
-//   sum_k min(r_k^2, c^2),   r_k^2 = |Log(R^T R_k)|^2 / sigma_R^2 + |t - t_k|^2 / sigma_t^2 (eq. 5)
+//
+//   sum_k min(r_k^2, c^2),   r_k^2 = |Log(R^T R_k)|^2 / sigma_R^2 + |t - t_k|^2 / sigma_t^2         (paper, eq. 5)
+//
 // with c^2 the chi-square quantile of `probability`, by graduated non-convexity (Yang et al., RA-L 2020).
+//
+// Paper: Tian, Chang, Herrera Arias, Nieto-Granda, How, Carlone, "Kimera-Multi", T-RO 2022.
 
 #include <optional>
 #include <utility>
@@ -46,13 +50,12 @@ struct PairAlignment {
 };
 
 struct Frames {
-  std::vector<std::optional<SE3>>
-      T_W_O;  // per robot; W is the anchor's frame; nothing for who is not connected to it
+  std::vector<std::optional<SE3>> T_W_O;   // per robot; W is the anchor's; nothing for who is not connected
   std::vector<std::pair<int, int>> edges;  // of the tree, as (parent, child), in the order in which it grew
 };
 
-// Grows the tree from the anchor by the alignment with the most inliers (of equal ones, the lower ids).
-// Alignments that are not ok are left out.
+// Grows the tree from the anchor by the alignment with the most inliers (of equal ones, the lower ids). Alignments that are
+// not ok are left out.
 Frames spanning_tree(const std::vector<PairAlignment>& alignments, int robots, int anchor = 0);
 
 }  // namespace covey::pgo

@@ -3,21 +3,16 @@
 
 // Where to start solving a pose graph from.
 //
-// odometry_start    each robot's odometry chained from its own first pose at identity; robots lie on top of
-// each other.
-//                   Where the chain of a robot is broken, its other edges bridge it; what none reaches begins
-//                   at identity again.
-// chordal_start     the least-squares cost without the constraint that rotations are rotations: linear in the
-// rotation
-//                   matrices, which are then projected, then linear in the translations. Needs a connected
-//                   graph; knows no outliers. Source: Carlone, Tron, Daniilidis, Dellaert, "Initialization
-//                   techniques for 3D SLAM", ICRA 2015, section III-B.
-// robust_start      odometry_start of each robot, put into one frame by robust alignment of every pair of
-// robots over all
-//                   its loops and a spanning tree (frame_alignment.h); the anchor is the first robot with
-//                   poses.
-// naive_start       the same with one random loop per edge of a random tree instead of an alignment: what
-// goes wrong
+// odometry_start    each robot's odometry chained from its own first pose at identity; robots lie on top of each other.
+//                   Where the chain of a robot is broken, its other edges bridge it; what none reaches begins at identity
+//                   again.
+// chordal_start     the least-squares cost without the constraint that rotations are rotations: linear in the rotation
+//                   matrices, which are then projected, then linear in the translations. Needs a connected graph; knows no
+//                   outliers. Source: Carlone, Tron, Daniilidis, Dellaert, "Initialization techniques for 3D SLAM", ICRA
+//                   2015, section III-B.
+// robust_start      odometry_start of each robot, put into one frame by robust alignment of every pair of robots over all
+//                   its loops and a spanning tree (frame_alignment.h); the anchor is the first robot with poses.
+// naive_start       the same with one random loop per edge of a random tree instead of an alignment: what goes wrong
 //                   without robust_start.
 
 #include <cstdint>
