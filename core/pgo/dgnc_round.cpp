@@ -72,11 +72,12 @@ struct SharedEnd {  // of shared loop e, in the order of BlockSolver::shared()
 
 }  // namespace
 
-std::int64_t frame_name(const RoundName& name, int anchor) {
+std::int64_t frame_name(const RoundName& name, int anchor, Utime segment) {
   Hash hash;
   hash.add(static_cast<std::uint64_t>(name.number));
   hash.add(static_cast<std::uint64_t>(name.anchor));
   hash.add(static_cast<std::uint64_t>(anchor));
+  hash.add(static_cast<std::uint64_t>(segment));
   return static_cast<std::int64_t>(hash.value() | 1U);  // 0 means none
 }
 
@@ -757,6 +758,11 @@ struct DgncRound::State {
 
   // ---- Result ----
 
+  std::int64_t name_of_W() const {
+    const Frame& frame = frames[root];
+    return frame_name(name, frame.robot, known.at(frame.robot).join.segments[frame.segment]);
+  }
+
   // A lifted pose in W.
   SE3 rounded(const Lifted& pose) const {
     const Frame& frame = frames[root];
@@ -783,7 +789,7 @@ struct DgncRound::State {
     phase = Phase::kDone;
     result.name = name;
     result.anchor = part.front();
-    result.frame = frame_name(name, part.front());
+    result.frame = name_of_W();
     result.robots = part;
     result.segments = placed_poses();
     result.graph = graph.hash;
@@ -875,7 +881,7 @@ int DgncRound::number() const { return state_->number; }
 int DgncRound::updates() const { return state_->updates; }
 double DgncRound::mu() const { return state_->mu; }
 
-std::int64_t DgncRound::frame() const { return frame_name(state_->name, state_->part.front()); }
+std::int64_t DgncRound::frame() const { return state_->name_of_W(); }
 
 std::vector<SegmentResult> DgncRound::current() const {
   return state_->solver ? state_->placed_poses() : std::vector<SegmentResult>{};

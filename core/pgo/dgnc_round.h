@@ -64,8 +64,9 @@ struct RoundName {
   auto operator<=>(const RoundName&) const = default;
 };
 
-// Names the frame W of the part of the team whose anchor is given, as that round leaves it; never 0.
-std::int64_t frame_name(const RoundName& name, int anchor);
+// Names the frame W of the part of the team whose anchor is given, as that round leaves it: O of that segment of the
+// anchor; never 0. With the segment, since a team that was restarted as a whole counts its rounds from 1 again.
+std::int64_t frame_name(const RoundName& name, int anchor, Utime segment);
 
 // Where a segment's poses are when the round begins: in its odometry frame (solution 0), or as an earlier solution left them.
 struct SegmentStart {

@@ -95,6 +95,13 @@ void GraphLog::write_round(const SavedRound& round, Utime now) const {
     beacon.solved_anchor = round.solution.round.anchor;
     beacon.solved_graph = static_cast<std::int64_t>(round.solution.graph);
     log.write(now, kDpgoBeacon.name, encode(beacon));
+    dpgo_join_t starts{};
+    for (const auto& [segment, T_W_K] : round.solution.segments) {
+      starts.segments.push_back(segment);
+      starts.solutions.push_back(round.solution.frame);
+    }
+    starts.n_segments = static_cast<std::int32_t>(starts.segments.size());
+    log.write(now, kDpgoJoin.name, encode(starts));
     for (const trajectory_t& part : round.trajectory) log.write(now, kTrajectory.name, encode(part));
     for (const loop_weights_t& part : round.loop_weights) log.write(now, kLoopWeights.name, encode(part));
     status_t status{};
@@ -120,12 +127,15 @@ std::optional<SavedRound> GraphLog::load_round() const {
   bool complete = false;  // STATUS comes last
   for (const Event& event : read_events(folder_ / "dpgo_solution.lcm")) {
     dpgo_beacon_t beacon{};
+    dpgo_join_t starts{};
     trajectory_t poses{};
     loop_weights_t weights{};
     status_t status{};
     if (event.channel == kDpgoBeacon.name && decode(event.bytes, beacon)) {
       solution.round = {beacon.solved_round, beacon.solved_anchor};
       solution.graph = static_cast<std::uint64_t>(beacon.solved_graph);
+    } else if (event.channel == kDpgoJoin.name && decode(event.bytes, starts)) {
+      if (starts.n_segments > 0) solution.frame = starts.solutions.front();
     } else if (event.channel == kTrajectory.name && decode(event.bytes, poses)) {
       round.trajectory.push_back(poses);
     } else if (event.channel == kLoopWeights.name && decode(event.bytes, weights)) {
@@ -138,7 +148,6 @@ std::optional<SavedRound> GraphLog::load_round() const {
   if (!complete || solution.round.number <= 0) return std::nullopt;
   for (const trajectory_t& part : round.trajectory) {
     if (part.n_values != 7 * part.n || !pgo::poses_are_good(part.T_W_K)) return std::nullopt;
-    solution.frame = pgo::frame_name(solution.round, part.anchor);
     for (int k = 0; k < part.n; ++k) {
       auto& T_W_K = solution.segments[part.segments[k]];
       if (part.ids[k] != static_cast<int>(T_W_K.size())) return std::nullopt;
