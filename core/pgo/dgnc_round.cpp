@@ -6,23 +6,19 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <set>
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/pgo/gnc_stages.h"
 #include "core/pgo/hash.h"
+#include "core/pgo/momentum.h"
 #include "core/pgo/public_poses.h"
+#include "core/pgo/start_frames.h"
 #include "core/pgo/tls.h"
 
 namespace covey::pgo {
 namespace {
-
-// What a member says enters sums and products with everybody's poses: nothing that is not finite or beyond any measure.
-constexpr double kLargestResidualSq = 1e18;
-
-constexpr int kSameSolution =
-    1'000'000;  // inliers that an alignment known from an earlier solution counts as
 
 enum class Phase { kJoin, kKeys, kStart, kAlignment, kUpdate, kDone };
 
@@ -44,7 +40,6 @@ using Places = std::map<std::pair<int, int>, int>;
 // What is known of a member of the round, this robot included.
 struct Member {
   dpgo_join_t join;
-  std::vector<std::uint64_t> keys_with_me;
   Places places;
   std::vector<SE3> start;  // public keyframes, in the frames of their segments' starts, as sent
   std::vector<int> start_segments;
@@ -55,12 +50,6 @@ struct Member {
   double overshoot = 0.0;
   double max_r2 = 0.0;
   int undecided = 0;
-};
-
-struct Frame {
-  int robot;
-  int segment;  // place in the robot's join
-  auto operator<=>(const Frame&) const = default;
 };
 
 struct SharedEnd {  // of shared loop e, in the order of BlockSolver::shared()
@@ -103,9 +92,7 @@ struct DgncRound::State {
   std::vector<int> public_index;  // of each public keyframe, in the block
   std::vector<SharedEnd> ends;
   std::vector<GraphLoop> private_loops;
-  std::vector<Frame> frames;
-  std::vector<std::optional<SE3>> T_W_S;  // of all frames, after the alignment
-  int root = -1;                          // frame that is W
+  StartFrames frames;
   std::vector<std::string> warnings;
 
   std::unique_ptr<BlockSolver> solver;
@@ -114,13 +101,8 @@ struct DgncRound::State {
   Lifted X_before;
   Eigen::VectorXd loop_weights;  // private loops
   Eigen::VectorXd shared_weights;
-  double mu = 0.0;
-  double momentum = 1.0;  // Nesterov's sequence; 1: the next update starts from where it is
-  bool begun = false;
-  bool final = false;
-  int final_stages = 0;
-  int stages = 0;
-  int stage_updates = 0;
+  GncStages stages;
+  Momentum momentum;
   int my_undecided = 0;
   int updates = 0;
   RoundResult result;
@@ -133,7 +115,8 @@ struct DgncRound::State {
         starts(std::move(starts_in)),
         start_mu(start_mu_in),
         options(options_in),
-        part(members) {}
+        part(members),
+        stages(options_in) {}
 
   int me() const { return graph.robot; }
   Member& self() { return known[me()]; }
@@ -365,15 +348,11 @@ struct DgncRound::State {
         member.start.push_back(pose_at(m.T_S_K, k));
         member.start_segments.push_back(m.segments[k]);
       }
-      for (int s = 0; s < member.join.n_segments; ++s) frames.push_back({robot, s});
+      for (int s = 0; s < member.join.n_segments; ++s) frames.add({robot, s}, member.join.solutions[s]);
     }
     resolve_loops();
     phase = Phase::kAlignment;
     send_alignment();
-  }
-
-  int frame_index(const Frame& frame) const {
-    return static_cast<int>(std::lower_bound(frames.begin(), frames.end(), frame) - frames.begin());
   }
 
   // Finds both ends of each shared loop among the public keyframes.
@@ -397,19 +376,12 @@ struct DgncRound::State {
     }
   }
 
-  std::int64_t solution_of(const Frame& frame) const {
-    return known.at(frame.robot).join.solutions[frame.segment];
-  }
-  bool same_solution(const Frame& a, const Frame& b) const {
-    return solution_of(a) != 0 && solution_of(a) == solution_of(b);
-  }
-
   void send_alignment() {
     // Candidates for T_A_B (paper, eq. 4) of each pair of frames a < b whose first robot is this one.
-    std::map<std::pair<Frame, Frame>, std::vector<SE3>> candidates;
-    const auto add = [&](const Frame& from_frame, const Frame& to_frame, const SE3& T_S_from,
+    std::map<std::pair<StartFrame, StartFrame>, std::vector<SE3>> candidates;
+    const auto add = [&](const StartFrame& from_frame, const StartFrame& to_frame, const SE3& T_S_from,
                          const SE3& T_S_to, const SE3& measurement) {
-      if (same_solution(from_frame, to_frame)) return;
+      if (frames.same_solution(from_frame, to_frame)) return;
       const SE3 T = T_S_from * measurement * T_S_to.inverse();
       if (from_frame < to_frame) {
         candidates[{from_frame, to_frame}].push_back(T);
@@ -419,8 +391,8 @@ struct DgncRound::State {
     };
     for (const SharedEnd& end : ends) {
       if (end.peer < me()) continue;
-      const Frame my_frame{me(), self().start_segments[end.my_place]};
-      const Frame peer_frame{end.peer, known.at(end.peer).start_segments[end.peer_place]};
+      const StartFrame my_frame{me(), self().start_segments[end.my_place]};
+      const StartFrame peer_frame{end.peer, known.at(end.peer).start_segments[end.peer_place]};
       const SE3& T_mine = self().start[end.my_place];
       const SE3& T_peer = known.at(end.peer).start[end.peer_place];
       if (end.loop.a.robot == me()) {
@@ -455,69 +427,21 @@ struct DgncRound::State {
     for (const int robot : part) {
       const dpgo_alignment_t& m = from<dpgo_alignment_t>(robot);
       for (int k = 0; k < m.n; ++k) {
-        const Frame a{robot, m.segments_a[k]};
-        const Frame b{m.robots_b[k], m.segments_b[k]};
-        if (!std::binary_search(frames.begin(), frames.end(), a) ||
-            !std::binary_search(frames.begin(), frames.end(), b)) {
-          continue;
-        }
-        PairAlignment pair{frame_index(a), frame_index(b), {}};
+        const StartFrame a{robot, m.segments_a[k]};
+        const StartFrame b{m.robots_b[k], m.segments_b[k]};
+        if (!frames.has(a) || !frames.has(b)) continue;
+        PairAlignment pair{frames.index_of(a), frames.index_of(b), {}};
         pair.alignment.T_A_B = pose_at(m.T_A_B, k);
         pair.alignment.inliers = m.inliers[k];
         pair.alignment.ok = m.inliers[k] > 0;
         pairs.push_back(pair);
       }
     }
-    std::map<std::int64_t, int> first_of;  // frame of each solution; the others of it are tied to that one
-    for (int b = 0; b < static_cast<int>(frames.size()); ++b) {
-      if (solution_of(frames[b]) == 0) continue;
-      const auto [first, fresh] = first_of.emplace(solution_of(frames[b]), b);
-      if (fresh) continue;
-      PairAlignment pair{first->second, b, {}};
-      pair.alignment.inliers = kSameSolution;
-      pair.alignment.ok = true;
-      pairs.push_back(pair);
-    }
-    choose_part(pairs);
-    place_frames(pairs);
+    continue_with(frames.place(std::move(pairs), me()));
     build_block();
     phase = Phase::kUpdate;
     send_first_update();
   }
-
-  // The robots that alignments connect to this one.
-  void choose_part(const std::vector<PairAlignment>& pairs) {
-    std::set<int> reached{me()};
-    for (bool grown = true; grown;) {
-      grown = false;
-      for (const PairAlignment& pair : pairs) {
-        if (!pair.alignment.ok) continue;
-        const int a = frames[pair.a].robot;
-        const int b = frames[pair.b].robot;
-        if (reached.count(a) == reached.count(b)) continue;
-        reached.insert({a, b});
-        grown = true;
-      }
-    }
-    continue_with({reached.begin(), reached.end()});
-  }
-
-  // W is the frame of the anchor's start that reaches most segments (usually it has only one).
-  void place_frames(const std::vector<PairAlignment>& pairs) {
-    std::ptrdiff_t most = 0;
-    for (int f = 0; f < static_cast<int>(frames.size()); ++f) {
-      if (frames[f].robot != part.front()) continue;
-      const Frames grown = spanning_tree(pairs, static_cast<int>(frames.size()), f);
-      const auto reached =
-          std::count_if(grown.T_W_O.begin(), grown.T_W_O.end(), [](const auto& T) { return T.has_value(); });
-      if (reached <= most) continue;
-      most = reached;
-      root = f;
-      T_W_S = grown.T_W_O;
-    }
-  }
-
-  SE3 start_frame(const Frame& frame) const { return T_W_S[frame_index(frame)].value_or(SE3{}); }
 
   void build_block() {
     std::vector<PrivateEdge> edges;
@@ -545,7 +469,7 @@ struct DgncRound::State {
     }
     X.resize(options.rank, 4 * graph.poses());
     for (std::size_t s = 0; s < graph.segments.size(); ++s) {
-      const SE3 T = start_frame({me(), static_cast<int>(s)});
+      const SE3 T = frames.T_W({me(), static_cast<int>(s)}).value_or(SE3{});
       for (std::size_t k = 0; k < starts[s].T_S_K.size(); ++k) {
         X.middleCols<4>(4 * (offsets[s] + static_cast<int>(k))) = lift(T * starts[s].T_S_K[k], options.rank);
       }
@@ -555,7 +479,7 @@ struct DgncRound::State {
       Member& member = known[robot];
       member.now.resize(options.rank, 4 * static_cast<int>(member.start.size()));
       for (int k = 0; k < static_cast<int>(member.start.size()); ++k) {
-        const SE3 T = start_frame({robot, member.start_segments[k]});
+        const SE3 T = frames.T_W({robot, member.start_segments[k]}).value_or(SE3{});
         member.now.middleCols<4>(4 * k) = lift(T * member.start[k], options.rank);
       }
       member.before = member.now;
@@ -612,33 +536,27 @@ struct DgncRound::State {
       member.max_r2 = m.max_residual_sq;
       member.undecided = m.undecided;
     }
-    if (stage_ended() && !begin_stage()) {
-      finish();
-      return;
+    const TeamUpdate team = team_update();
+    if (stages.ended(team)) {
+      if (!stages.begin(team, first_mu())) {
+        finish();
+        return;
+      }
+      momentum.restart();
+      set_weights();
     }
     send_update(update());
   }
 
-  // All decisions are made from what all of the part have said, so all make the same.
-  std::int64_t undecided() const {
-    return std::accumulate(part.begin(), part.end(), std::int64_t{0},
-                           [&](std::int64_t sum, int robot) { return sum + known.at(robot).undecided; });
-  }
-  bool converged() const {
-    double cost = 0.0;
-    double decrease = 0.0;
+  TeamUpdate team_update() const {
+    TeamUpdate team;
     for (const int robot : part) {
-      cost += known.at(robot).cost;
-      decrease += known.at(robot).decrease;
+      const Member& member = known.at(robot);
+      team.cost += member.cost;
+      team.decrease += member.decrease;
+      team.undecided += member.undecided;
     }
-    return decrease <= (final ? options.final_tolerance : options.tolerance) * cost;
-  }
-
-  bool stage_ended() const {
-    if (!begun) return true;
-    if (final && final_stages > 1 && undecided() == 0) return true;
-    const int limit = !options.robust ? options.max_updates : final ? options.final_updates : options.updates;
-    return stage_updates >= limit || converged();
+    return team;
   }
 
   // The team's largest residual says where the surrogate is convex. A start that all left unfinished at the same place goes
@@ -646,7 +564,7 @@ struct DgncRound::State {
   double first_mu() const {
     double max_r2 = 0.0;
     double left_at = std::numeric_limits<double>::infinity();
-    const std::int64_t frame = solution_of(frames[root]);
+    const std::int64_t frame = frames.solution_of(frames.root());
     for (const int robot : part) {
       const Member& member = known.at(robot);
       max_r2 = std::max(max_r2, member.max_r2);
@@ -658,40 +576,14 @@ struct DgncRound::State {
     return left_at > 0.0 ? left_at : tls_first_mu(max_r2, options.barc2);
   }
 
-  // False when there is no further stage.
-  bool begin_stage() {
-    if (begun && !options.robust) return false;
-    const bool settled = final_stages > 1 && undecided() == 0;
-    if (final && (settled || final_stages >= options.final_stages)) return false;
-    if (!options.robust) {
-      mu = std::numeric_limits<double>::infinity();
-    } else if (!begun) {
-      mu = first_mu();
-      final = mu > options.mu_max;
-    } else if (!final) {
-      mu *= options.mu_step;
-      final = undecided() == 0 || mu > options.mu_max;
-    }
-    begun = true;
-    ++stages;
-    if (final) ++final_stages;
-    stage_updates = 0;
-    momentum = 1.0;
-    set_weights();
-    return true;
-  }
-
-  // The closed form of the paper's eq. 14; in the end 1 or 0. `undecided` counts, in final stages, what changed sides.
   void set_weights() {
     int open = 0;
     const auto weigh = [&](const Eigen::VectorXd& r2, Eigen::VectorXd& weights, const auto& loop_of,
                            const auto& owned) {
       for (Eigen::Index e = 0; e < weights.size(); ++e) {
         if (loop_of(e).known_inlier) continue;
-        const double weight =
-            final ? (r2[e] < options.barc2 ? 1.0 : 0.0) : tls_weight(r2[e], options.barc2, mu);
-        const bool counts = final ? weight != weights[e] : weight > 0.0 && weight < 1.0;
-        if (counts && owned(e)) ++open;
+        const double weight = stages.weight(r2[e]);
+        if (stages.undecided(weight, weights[e]) && owned(e)) ++open;
         weights[e] = weight;
       }
     };
@@ -714,10 +606,8 @@ struct DgncRound::State {
   dpgo_update_t update() {
     double overshoot = 0.0;
     for (const int robot : part) overshoot += known.at(robot).overshoot;
-    if (overshoot > 0.0) momentum = 1.0;
-    const double next_momentum = 0.5 * (1.0 + std::sqrt(1.0 + 4.0 * momentum * momentum));
-    const double beta = options.momentum ? (momentum - 1.0) / next_momentum : 0.0;
-    momentum = next_momentum;
+    if (overshoot > 0.0) momentum.restart();
+    const double beta = options.momentum ? momentum.next() : 0.0;
 
     const auto ahead = [&](int robot, int place) -> Lifted {
       const Member& member = known.at(robot);
@@ -743,7 +633,7 @@ struct DgncRound::State {
     m.undecided = my_undecided;
     X_before = std::exchange(X, std::move(next));
     ++updates;
-    ++stage_updates;
+    stages.count_update();
     return m;
   }
 
@@ -759,13 +649,13 @@ struct DgncRound::State {
   // ---- Result ----
 
   std::int64_t name_of_W() const {
-    const Frame& frame = frames[root];
+    const StartFrame& frame = frames.root();
     return frame_name(name, frame.robot, known.at(frame.robot).join.segments[frame.segment]);
   }
 
   // A lifted pose in W.
   SE3 rounded(const Lifted& pose) const {
-    const Frame& frame = frames[root];
+    const StartFrame& frame = frames.root();
     const Member& anchor = known.at(frame.robot);
     const int place = anchor.places.at({frame.segment, 0});
     return pose_at(anchor.join.T_O_K, frame.segment) *
@@ -775,8 +665,7 @@ struct DgncRound::State {
   std::vector<SegmentResult> placed_poses() const {
     std::vector<SegmentResult> segments;
     for (std::size_t s = 0; s < graph.segments.size(); ++s) {
-      SegmentResult segment{
-          graph.segments[s].name, T_W_S[frame_index({me(), static_cast<int>(s)})].has_value(), {}};
+      SegmentResult segment{graph.segments[s].name, frames.T_W({me(), static_cast<int>(s)}).has_value(), {}};
       for (int k = 0; k < static_cast<int>(graph.segments[s].poses.size()); ++k) {
         segment.T_W_K.push_back(rounded(X.middleCols<4>(4 * (offsets[s] + k))));
       }
@@ -794,7 +683,7 @@ struct DgncRound::State {
     result.segments = placed_poses();
     result.graph = graph.hash;
     result.keyframes = graph.poses();
-    result.stages = stages;
+    result.stages = stages.stages();
     result.updates = updates;
     for (const Segment& segment : graph.segments) {
       const auto& T = result.segments[segment_place(segment.name)].T_W_K;
@@ -879,45 +768,13 @@ bool DgncRound::done() const { return state_->phase == Phase::kDone; }
 const RoundResult& DgncRound::result() const { return state_->result; }
 int DgncRound::number() const { return state_->number; }
 int DgncRound::updates() const { return state_->updates; }
-double DgncRound::mu() const { return state_->mu; }
+double DgncRound::mu() const { return state_->stages.mu(); }
 
 std::int64_t DgncRound::frame() const { return state_->name_of_W(); }
 
 std::vector<SegmentResult> DgncRound::current() const {
   return state_->solver ? state_->placed_poses() : std::vector<SegmentResult>{};
 }
-
-namespace {
-
-constexpr int kMostSegments = 1000;  // each costs all members time
-constexpr double kSmallestMu = 1e-18;
-constexpr double kFarthestM = 1e8;
-
-template <typename T>
-bool good_poses(const std::vector<T>& values, int n) {
-  return static_cast<std::int64_t>(values.size()) == 7 * static_cast<std::int64_t>(n) &&
-         poses_are_good(values) &&
-         std::all_of(values.begin(), values.end(), [](T value) { return std::abs(value) < kFarthestM; });
-}
-
-struct ValuesAreGood {
-  bool operator()(const dpgo_join_t& m) const {
-    return m.n_segments > 0 && m.n_segments <= kMostSegments && good_poses(m.T_O_K, m.n_segments) &&
-           (m.mu == 0.0 || (m.mu >= kSmallestMu && std::isfinite(m.mu))) &&
-           std::is_sorted(m.segments.begin(), m.segments.end());
-  }
-  bool operator()(const dpgo_keys_t&) const { return true; }
-  bool operator()(const dpgo_start_t& m) const { return m.n > 0 && good_poses(m.T_S_K, m.n); }
-  bool operator()(const dpgo_alignment_t& m) const { return good_poses(m.T_A_B, m.n); }
-  bool operator()(const dpgo_update_t& m) const {
-    return m.max_residual_sq >= 0.0 && m.max_residual_sq < kLargestResidualSq && std::isfinite(m.cost) &&
-           std::isfinite(m.decrease) && std::isfinite(m.overshoot) && m.rotation_scale >= 0.0F &&
-           m.rotation_scale < 1.0F && m.translation_scale >= 0.0F && m.translation_scale < 1e4F &&
-           m.rows >= 0 && (m.rows == 0 ? m.n_values == 0 : m.n_values % (4 * m.rows) == 0);
-  }
-};
-
-}  // namespace
 
 void DgncRound::stop() {
   COVEY_CHECK(state_->solver != nullptr);
@@ -932,7 +789,7 @@ const char* DgncRound::receive(const RoundMessage& message) {
     return "sender";
   if (n < state.number || done()) return "duplicate";
   if (n > state.number + 1) return "number";
-  if (!std::visit(ValuesAreGood{}, message)) return "values";
+  if (!values_are_good(message)) return "values";
   if (!state.inbox[sender].emplace(n, message).second) return "duplicate";
   return nullptr;
 }
@@ -979,16 +836,6 @@ std::vector<RoundMessage> DgncRound::take_outgoing() { return std::exchange(stat
 const RoundMessage* DgncRound::resend(int number) const {
   const auto found = state_->sent.find(number);
   return found == state_->sent.end() ? nullptr : &found->second;
-}
-
-int number_of(const RoundMessage& message) {
-  return std::visit([](const auto& m) { return m.number; }, message);
-}
-int sender_of(const RoundMessage& message) {
-  return std::visit([](const auto& m) { return m.from; }, message);
-}
-RoundName round_of(const RoundMessage& message) {
-  return std::visit([](const auto& m) { return RoundName{m.round, m.anchor}; }, message);
 }
 
 }  // namespace covey::pgo

@@ -38,31 +38,16 @@
 //
 // Paper: Tian, Chang, Herrera Arias, Nieto-Granda, How, Carlone, "Kimera-Multi", T-RO 2022, section V.
 
-#include <covey/dpgo_alignment_t.hpp>
-#include <covey/dpgo_join_t.hpp>
-#include <covey/dpgo_keys_t.hpp>
-#include <covey/dpgo_start_t.hpp>
-#include <covey/dpgo_update_t.hpp>
-#include <map>
+#include <cstdint>
 #include <memory>
-#include <optional>
 #include <string>
-#include <variant>
 #include <vector>
 
-#include "core/pgo/block_solver.h"
 #include "core/pgo/dgnc_options.h"
 #include "core/pgo/robot_graph.h"
+#include "core/pgo/round_message.h"
 
 namespace covey::pgo {
-
-using RoundMessage = std::variant<dpgo_join_t, dpgo_keys_t, dpgo_start_t, dpgo_alignment_t, dpgo_update_t>;
-
-struct RoundName {
-  std::int64_t number = 0;
-  int anchor = 0;
-  auto operator<=>(const RoundName&) const = default;
-};
 
 // Names the frame W of the part of the team whose anchor is given, as that round leaves it: O of that segment of the
 // anchor; never 0. With the segment, since a team that was restarted as a whole counts its rounds from 1 again.
@@ -145,10 +130,5 @@ class DgncRound {
   struct State;
   std::unique_ptr<State> state_;
 };
-
-// number, from and round of any message of a round.
-int number_of(const RoundMessage& message);
-int sender_of(const RoundMessage& message);
-RoundName round_of(const RoundMessage& message);
 
 }  // namespace covey::pgo

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+// The stages of graduated non-convexity in a round: within one, weights stand and poses are updated; between two, mu grows and
+// loops are weighed anew (Kimera-Multi, T-RO 2022, eq. 14), until weights are binary and none changes sides any more. All
+// members go by the sums of what all have said, so all end the same stage after the same update.
+
+#include <cstdint>
+
+#include "core/pgo/dgnc_options.h"
+
+namespace covey::pgo {
+
+struct TeamUpdate {            // sums over the members
+  double cost = 0.0;           // before their last update
+  double decrease = 0.0;       // by it
+  std::int64_t undecided = 0;  // loops
+};
+
+class GncStages {
+ public:
+  explicit GncStages(const DgncOptions& options) : options_(options) {}
+
+  bool ended(const TeamUpdate& team) const;
+  // The next one; the first begins at first_mu, infinite for binary weights. False when there is none.
+  bool begin(const TeamUpdate& team, double first_mu);
+  void count_update() { ++stage_updates_; }
+
+  double weight(double r2) const;  // in [0, 1]
+  // Whether a loop keeps the round going: it is between the sides, or, with binary weights, has just changed sides.
+  bool undecided(double weight, double weight_before) const;
+
+  double mu() const { return mu_; }
+  int stages() const { return stages_; }
+
+ private:
+  bool settled(const TeamUpdate& team) const { return final_stages_ > 1 && team.undecided == 0; }
+  bool converged(const TeamUpdate& team) const;
+
+  DgncOptions options_;
+  double mu_ = 0.0;
+  bool begun_ = false;
+  bool final_ = false;  // binary weights
+  int final_stages_ = 0;
+  int stages_ = 0;
+  int stage_updates_ = 0;
+};
+
+}  // namespace covey::pgo

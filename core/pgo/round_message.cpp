@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/pgo/round_message.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "core/pgo/public_poses.h"
+
+namespace covey::pgo {
+namespace {
+
+constexpr int kMostSegments = 1000;  // each costs all members time
+constexpr double kSmallestMu = 1e-18;
+constexpr double kFarthestM = 1e8;
+
+template <typename T>
+bool good_poses(const std::vector<T>& values, int n) {
+  return static_cast<std::int64_t>(values.size()) == 7 * static_cast<std::int64_t>(n) &&
+         poses_are_good(values) &&
+         std::all_of(values.begin(), values.end(), [](T value) { return std::abs(value) < kFarthestM; });
+}
+
+struct ValuesAreGood {
+  bool operator()(const dpgo_join_t& m) const {
+    return m.n_segments > 0 && m.n_segments <= kMostSegments && good_poses(m.T_O_K, m.n_segments) &&
+           (m.mu == 0.0 || (m.mu >= kSmallestMu && std::isfinite(m.mu))) &&
+           std::is_sorted(m.segments.begin(), m.segments.end());
+  }
+  bool operator()(const dpgo_keys_t&) const { return true; }
+  bool operator()(const dpgo_start_t& m) const { return m.n > 0 && good_poses(m.T_S_K, m.n); }
+  bool operator()(const dpgo_alignment_t& m) const { return good_poses(m.T_A_B, m.n); }
+  bool operator()(const dpgo_update_t& m) const {
+    return m.max_residual_sq >= 0.0 && m.max_residual_sq < kLargestResidualSq && std::isfinite(m.cost) &&
+           std::isfinite(m.decrease) && std::isfinite(m.overshoot) && m.rotation_scale >= 0.0F &&
+           m.rotation_scale < 1.0F && m.translation_scale >= 0.0F && m.translation_scale < 1e4F &&
+           m.rows >= 0 && (m.rows == 0 ? m.n_values == 0 : m.n_values % (4 * m.rows) == 0);
+  }
+};
+
+}  // namespace
+
+int number_of(const RoundMessage& message) {
+  return std::visit([](const auto& m) { return m.number; }, message);
+}
+int sender_of(const RoundMessage& message) {
+  return std::visit([](const auto& m) { return m.from; }, message);
+}
+RoundName round_of(const RoundMessage& message) {
+  return std::visit([](const auto& m) { return RoundName{m.round, m.anchor}; }, message);
+}
+
+bool values_are_good(const RoundMessage& message) { return std::visit(ValuesAreGood{}, message); }
+
+}  // namespace covey::pgo
