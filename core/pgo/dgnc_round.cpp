@@ -469,7 +469,7 @@ struct DgncRound::State {
     }
     X.resize(options.rank, 4 * graph.poses());
     for (std::size_t s = 0; s < graph.segments.size(); ++s) {
-      const SE3 T = frames.T_W({me(), static_cast<int>(s)}).value_or(SE3{});
+      const SE3 T = frames.pose_of({me(), static_cast<int>(s)}).value_or(SE3{});
       for (std::size_t k = 0; k < starts[s].T_S_K.size(); ++k) {
         X.middleCols<4>(4 * (offsets[s] + static_cast<int>(k))) = lift(T * starts[s].T_S_K[k], options.rank);
       }
@@ -479,7 +479,7 @@ struct DgncRound::State {
       Member& member = known[robot];
       member.now.resize(options.rank, 4 * static_cast<int>(member.start.size()));
       for (int k = 0; k < static_cast<int>(member.start.size()); ++k) {
-        const SE3 T = frames.T_W({robot, member.start_segments[k]}).value_or(SE3{});
+        const SE3 T = frames.pose_of({robot, member.start_segments[k]}).value_or(SE3{});
         member.now.middleCols<4>(4 * k) = lift(T * member.start[k], options.rank);
       }
       member.before = member.now;
@@ -648,7 +648,7 @@ struct DgncRound::State {
 
   // ---- Result ----
 
-  std::int64_t name_of_W() const {
+  std::int64_t world_name() const {
     const StartFrame& frame = frames.root();
     return frame_name(name, frame.robot, known.at(frame.robot).join.segments[frame.segment]);
   }
@@ -665,7 +665,8 @@ struct DgncRound::State {
   std::vector<SegmentResult> placed_poses() const {
     std::vector<SegmentResult> segments;
     for (std::size_t s = 0; s < graph.segments.size(); ++s) {
-      SegmentResult segment{graph.segments[s].name, frames.T_W({me(), static_cast<int>(s)}).has_value(), {}};
+      SegmentResult segment{
+          graph.segments[s].name, frames.pose_of({me(), static_cast<int>(s)}).has_value(), {}};
       for (int k = 0; k < static_cast<int>(graph.segments[s].poses.size()); ++k) {
         segment.T_W_K.push_back(rounded(X.middleCols<4>(4 * (offsets[s] + k))));
       }
@@ -678,7 +679,7 @@ struct DgncRound::State {
     phase = Phase::kDone;
     result.name = name;
     result.anchor = part.front();
-    result.frame = name_of_W();
+    result.frame = world_name();
     result.robots = part;
     result.segments = placed_poses();
     result.graph = graph.hash;
@@ -770,7 +771,7 @@ int DgncRound::number() const { return state_->number; }
 int DgncRound::updates() const { return state_->updates; }
 double DgncRound::mu() const { return state_->stages.mu(); }
 
-std::int64_t DgncRound::frame() const { return state_->name_of_W(); }
+std::int64_t DgncRound::frame() const { return state_->world_name(); }
 
 std::vector<SegmentResult> DgncRound::current() const {
   return state_->solver ? state_->placed_poses() : std::vector<SegmentResult>{};

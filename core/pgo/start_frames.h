@@ -34,9 +34,9 @@ class StartFrames {
   // Places in W what the alignments, by index_of, connect; returns the robots of the part that `robot` belongs to, ascending.
   std::vector<int> place(std::vector<PairAlignment> pairs, int robot);
 
-  // After place().
+  // After place(). pose_of: T_W_S; nothing for a frame that is not connected to W.
   const StartFrame& root() const { return frames_[root_]; }  // that is W
-  const std::optional<SE3>& T_W(const StartFrame& frame) const { return T_W_S_[index_of(frame)]; }
+  const std::optional<SE3>& pose_of(const StartFrame& frame) const { return T_W_S_[index_of(frame)]; }
 
  private:
   void tie_solutions(std::vector<PairAlignment>& pairs) const;

@@ -29,9 +29,9 @@ TEST_CASE("frames of one solution coincide, aligned ones follow, and W is the an
   REQUIRE_FALSE(frames.same_solution({1, 0}, {4, 0}));  // both none
   REQUIRE(frames.place({aligned(2, 3, 3.0)}, 4) == std::vector<int>{1, 2, 4});
   REQUIRE(frames.root() == StartFrame{1, 1});
-  REQUIRE_FALSE(frames.T_W({1, 0}));
-  REQUIRE(frames.T_W({2, 0})->translation.x() == 0.0);
-  REQUIRE(frames.T_W({4, 0})->translation.x() == Approx(3.0));
+  REQUIRE_FALSE(frames.pose_of({1, 0}));
+  REQUIRE(frames.pose_of({2, 0})->translation.x() == 0.0);
+  REQUIRE(frames.pose_of({4, 0})->translation.x() == Approx(3.0));
 }
 
 TEST_CASE("who is aligned with nobody is a part of its own") {
