@@ -59,8 +59,8 @@ TEST_CASE("Between: Jacobians agree with differences, whitened too") {
     const auto noise = Noise<6>::covariance(random_covariance(random));
     REQUIRE(jacobian_error(Between<SE3>{T_ij}, {kI, kJ}, two(T, near(T * T_ij, random)), noise) < 1e-6);
     const SE2 S = random.planar_pose();
-    const SE2 T_i_j = random.planar_pose();
-    REQUIRE(jacobian_error(Between<SE2>{T_i_j}, {kI, kJ}, two(S, near(S * T_i_j, random))) < 1e-6);
+    const SE2 X_ij = random.planar_pose();
+    REQUIRE(jacobian_error(Between<SE2>{X_ij}, {kI, kJ}, two(S, near(S * X_ij, random))) < 1e-6);
     const SO3 R = random.rotation();
     const SO3 R_ij = random.rotation();
     REQUIRE(jacobian_error(Between<SO3>{R_ij}, {kI, kJ}, two(R, near(R * R_ij, random))) < 1e-6);
@@ -94,15 +94,15 @@ TEST_CASE("Chordal: the cost is that of the matrices") {
         tau * (T_j.translation - T_i.translation - R_i * T_ij.translation).squaredNorm();
     REQUIRE(cost_3 == Approx(expected_3).epsilon(1e-12));
 
-    const SE2 T_i = random.planar_pose();
-    const SE2 T_j = random.planar_pose();
-    const SE2 T_i_j = random.planar_pose();
+    const SE2 X_i = random.planar_pose();
+    const SE2 X_j = random.planar_pose();
+    const SE2 X_ij = random.planar_pose();
     const double cost_2 =
-        ChordalBetween2{T_i_j, kappa, tau}.evaluate(T_i, T_j, nullptr, nullptr).squaredNorm();
-    const Eigen::Matrix2d Q_i = rotation_2d(T_i.angle);
+        ChordalBetween2{X_ij, kappa, tau}.evaluate(X_i, X_j, nullptr, nullptr).squaredNorm();
+    const Eigen::Matrix2d Q_i = rotation_2d(X_i.angle);
     const double expected_2 =
-        kappa * (rotation_2d(T_j.angle) - Q_i * rotation_2d(T_i_j.angle)).squaredNorm() +
-        tau * (T_j.translation - T_i.translation - Q_i * T_i_j.translation).squaredNorm();
+        kappa * (rotation_2d(X_j.angle) - Q_i * rotation_2d(X_ij.angle)).squaredNorm() +
+        tau * (X_j.translation - X_i.translation - Q_i * X_ij.translation).squaredNorm();
     REQUIRE(cost_2 == Approx(expected_2).epsilon(1e-12));
   }
 }
@@ -117,8 +117,8 @@ TEST_CASE("Chordal: Jacobians agree with differences") {
     REQUIRE(jacobian_error(ChordalBetween3{T_ij, kappa, tau}, {kI, kJ}, two(T, near(T * T_ij, random))) <
             1e-6);
     const SE2 S = random.planar_pose();
-    const SE2 T_i_j = random.planar_pose();
-    REQUIRE(jacobian_error(ChordalBetween2{T_i_j, kappa, tau}, {kI, kJ}, two(S, near(S * T_i_j, random))) <
+    const SE2 X_ij = random.planar_pose();
+    REQUIRE(jacobian_error(ChordalBetween2{X_ij, kappa, tau}, {kI, kJ}, two(S, near(S * X_ij, random))) <
             1e-6);
   }
 }
