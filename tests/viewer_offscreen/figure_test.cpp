@@ -136,7 +136,7 @@ TEST_CASE("the ground lies under the content with a margin and has the wanted sh
   CHECK(ground.step == Approx(5.0));
 }
 
-TEST_CASE("every printable letter has a width and can be drawn; text grows with its height") {
+TEST_CASE("every printable letter has a width and can be drawn, text grows with its height") {
   Scene scene(shared_renderer().context());
   std::string all;
   for (char letter = ' '; letter <= '~'; ++letter) {

@@ -56,7 +56,7 @@ TEST_CASE("a mesh comes back from its file bit by bit") {
   }
 }
 
-TEST_CASE("polygons become fans; other elements and properties are read over") {
+TEST_CASE("polygons become fans, other elements and properties are read over") {
   const Mesh mesh = parse_ply(
       "ply\r\nformat ascii 1.0\r\nelement camera 1\r\nproperty list uint8 float32 k\r\nelement vertex 4\r\n"
       "property float x\r\nproperty float nx\r\nproperty float y\r\nproperty float z\r\nproperty int "

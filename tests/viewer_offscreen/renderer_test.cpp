@@ -80,7 +80,7 @@ TEST_CASE("depth and labels are exact at the pixels' centres, on a slanted face 
   }
 }
 
-TEST_CASE("where nothing is, depth is 0 and the label is kNoLabel; the nearer face hides the farther") {
+TEST_CASE("where nothing is, depth is 0 and the label is kNoLabel, the nearer face hides the farther") {
   Scene scene(shared_renderer().context());
   scene.add(triangle({-9, -9, 4}, {0, -9, 4}, {0, 9, 4}, kRed, 1));
   scene.add(triangle({-9, -9, 6}, {0, -9, 6}, {0, 9, 6}, kGreen, 2));
@@ -171,7 +171,7 @@ TEST_CASE("one-sided meshes are seen from their free side only") {
   }
 }
 
-TEST_CASE("lines have their width in pixels and are cut at the near plane; points are discs and squares") {
+TEST_CASE("lines have their width in pixels and are cut at the near plane, points are discs and squares") {
   const Camera camera = pinhole();
   {
     Scene scene(shared_renderer().context());

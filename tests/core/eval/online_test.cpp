@@ -100,7 +100,7 @@ TEST_CASE("a round counts when all its parts are there") {
 }
 
 TEST_CASE(
-    "a segment that is not placed has no pose in W; repetitions and what is no pose count for nothing") {
+    "a segment that is not placed has no pose in W, repetitions and what is no pose count for nothing") {
   OnlineTrajectory online(1, 0);
   online.take(keyframe(0, at(0, 0)));
   online.take(round_end(0, 10, 0, {at(7, 0)}));

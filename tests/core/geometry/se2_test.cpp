@@ -31,7 +31,7 @@ TEST_CASE("SE2: exp and log undo each other, and exp is the matrix exponential")
   }
 }
 
-TEST_CASE("SE2: angles stay in (-pi, pi]") {
+TEST_CASE("SE2: angles stay above -pi, up to pi") {
   using std::numbers::pi;
   REQUIRE(wrap_angle(pi) == pi);
   REQUIRE(wrap_angle(-pi) == pi);
