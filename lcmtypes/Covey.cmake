@@ -74,7 +74,8 @@ function(covey_test name)
   endif()
   # -w NoTests: a test name that matches nothing must fail. A test that needs absent data prints "SKIPPED: reason".
   catch_discover_tests(${target} TEST_PREFIX "${name}: " EXTRA_ARGS -w NoTests
-    PROPERTIES ${labels} TIMEOUT ${ARG_TIMEOUT} SKIP_REGULAR_EXPRESSION "SKIPPED: ")
+    PROPERTIES ${labels} TIMEOUT ${ARG_TIMEOUT}
+    ENVIRONMENT "LSAN_OPTIONS=suppressions=${CMAKE_SOURCE_DIR}/tests/leaks.supp:print_suppressions=0" SKIP_REGULAR_EXPRESSION "SKIPPED: ")
 endfunction()
 
 function(covey_bench name)
