@@ -11,6 +11,7 @@
 #include "procs/common/log_file.h"
 #include "tests/child_process.h"
 #include "tests/viewer_offscreen/team_messages.h"
+#include "tests/wait_until.h"
 #include "viewer_offscreen/colour.h"
 
 namespace covey::viewer {
@@ -45,17 +46,7 @@ class Stage {
   }
   std::string output() const { return read_text(file("output")); }
 
-  bool wait_until(const std::function<bool()>& done) {
-    const Utime end = loop_.now() + from_seconds(kPatienceS);
-    bool is_done = false;
-    const auto check = loop_.call_every(20'000, [&] {
-      is_done = done();
-      if (is_done || loop_.now() > end) loop_.stop();
-    });
-    loop_.run();
-    loop_.cancel(check);
-    return is_done;
-  }
+  bool wait_until(const std::function<bool()>& done) { return covey::wait_until(loop_, kPatienceS, done); }
 
   // Of the viewer's last STATUS; 0 where it has none of the name.
   double said(const std::string& name) const {

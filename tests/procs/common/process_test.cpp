@@ -10,6 +10,7 @@
 
 #include "procs/common/log_file.h"
 #include "tests/child_process.h"
+#include "tests/wait_until.h"
 
 namespace covey {
 namespace {
@@ -42,17 +43,7 @@ class Stage {
     return child;
   }
 
-  bool wait_until(const std::function<bool()>& done) {
-    const Utime end = loop_.now() + from_seconds(kPatienceS);
-    bool is_done = false;
-    const auto check = loop_.call_every(20'000, [&] {
-      is_done = done();
-      if (is_done || loop_.now() > end) loop_.stop();
-    });
-    loop_.run();
-    loop_.cancel(check);
-    return is_done;
-  }
+  bool wait_until(const std::function<bool()>& done) { return covey::wait_until(loop_, kPatienceS, done); }
 
   // Of any process that has one of this name.
   std::int64_t counter(const std::string& name) const {

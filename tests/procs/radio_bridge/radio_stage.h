@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <memory>
 
@@ -14,6 +15,7 @@
 #include "procs/common/bus.h"
 #include "procs/radio_bridge/radio_socket.h"
 #include "tests/child_process.h"
+#include "tests/wait_until.h"
 
 namespace covey {
 
@@ -96,18 +98,7 @@ class RadioStage {
     return 0;
   }
 
-  template <typename Done>
-  bool wait_until(Done done) {
-    const Utime end = loop_.now() + from_seconds(kPatienceS);
-    bool is_done = false;
-    const auto check = loop_.call_every(10'000, [&] {
-      is_done = done();
-      if (is_done || loop_.now() > end) loop_.stop();
-    });
-    loop_.run();
-    loop_.cancel(check);
-    return is_done;
-  }
+  bool wait_until(const std::function<bool()>& done) { return covey::wait_until(loop_, kPatienceS, done); }
 
  private:
   std::filesystem::path folder_;
