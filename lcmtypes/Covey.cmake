@@ -23,8 +23,7 @@ endif()
 if(COVEY_SANITIZE)
   # GCC 12 miscompiles vptr checks of member-function subscriptions, and the others triple the compile time of Eigen code.
   set(CMAKE_CXX_FLAGS_DEBUG "-O1 -g1")
-  # With sanitizers GCC 12 takes std::regex for a use of uninitialised memory (its manual warns of such false alarms).
-  set(covey_sanitize_flags -fsanitize=${COVEY_SANITIZE} -fno-omit-frame-pointer -Wno-maybe-uninitialized)
+  set(covey_sanitize_flags -fsanitize=${COVEY_SANITIZE} -fno-omit-frame-pointer)
   if(COVEY_SANITIZE MATCHES undefined)
     list(APPEND covey_sanitize_flags -fno-sanitize=vptr,null,alignment,object-size -fno-sanitize-recover=undefined)
   endif()

@@ -9,6 +9,7 @@
 #include <regex>
 #include <vector>
 
+#include "core/base/bands.h"
 #include "core/base/error.h"
 #include "procs/common/bus_streams.h"
 #include "procs/common/log_file.h"
@@ -104,6 +105,8 @@ struct Bus::Impl {
                 [this](const std::string& channel, const Bytes& bytes) { publish(channel, bytes); }) {}
 
   Subscription& add(const std::string& pattern, Handler handler, QueueOptions queue, bool counts);
+  Subscription& add_queue(const std::string& channel, std::function<bool(const Bytes&)> handler,
+                          QueueOptions queue);
   static void on_lcm_message(const lcm::ReceiveBuffer* buffer, const std::string& channel,
                              Subscription* subscription);
   bool publish(const std::string& channel, const Bytes& bytes);
@@ -115,16 +118,25 @@ struct Bus::Impl {
   void call(const std::string& channel, const std::function<bool()>& handler, bool counts);
 
   void start_streams();
+  bool on_band(BandAssembler& assembler, Subscription& images, const std::string& channel,
+               const Bytes& bytes);
+
+  struct BandWriter {
+    std::int64_t run = 0;
+    std::int32_t next = 0;
+  };
 
   BusOptions options;
   EventLoop& loop;
   Status& status;
   std::unique_ptr<lcm::LCM> lcm;           // none from a log
   std::deque<Subscription> subscriptions;  // references stay valid
+  std::deque<Subscription> queues;         // of image sets; references stay valid
   std::deque<Subscription*> inbox;         // whose turn it is; one entry for each waiting message
   bool dispatching = false;
   bool streams_started = false;
   BusStreams streams;
+  std::map<std::string, BandWriter> band_writers;
 };
 
 Bus::Bus(const BusOptions& options, EventLoop& loop, Status& status)
@@ -202,6 +214,17 @@ Bus::Impl::Subscription& Bus::Impl::add(const std::string& pattern, Handler hand
     lcm->subscribeFunction(pattern, &on_lcm_message, &subscription)->setQueueCapacity(0);  // 0: unlimited
   }
   return subscription;
+}
+
+// Messages that come from elsewhere than liblcm or the log.
+Bus::Impl::Subscription& Bus::Impl::add_queue(const std::string& channel,
+                                              std::function<bool(const Bytes&)> handler, QueueOptions queue) {
+  if (queue.newest_wins && queue.capacity == 0) queue.capacity = 1;
+  const auto on_message = [handler = std::move(handler)](const std::string&, const Bytes& bytes) {
+    return handler(bytes);
+  };
+  queues.push_back({this, channel, {}, on_message, queue, true, FaultInjector({}), {}});
+  return queues.back();
 }
 
 // Called from C: nothing may be thrown from here.
@@ -326,10 +349,54 @@ void Bus::Impl::start_streams() {
   loop.call_every(kStreamTickUs, [this] { streams.on_tick(loop.now()); });
 }
 
+// Every band is put in its place at once; whole image sets then queue like any other message.
+void Bus::subscribe_bands(const std::string& channel, BytesHandler handler, QueueOptions queue) {
+  COVEY_CHECK(!channel.empty() && channel.size() <= kLongestChannel);
+  Impl::Subscription& images = impl_->add_queue(channel, std::move(handler), queue);
+  const auto assembler = std::make_shared<BandAssembler>();
+  const auto on_band = [impl = impl_.get(), assembler, &images](const std::string& name, const Bytes& bytes) {
+    return impl->on_band(*assembler, images, name, bytes);
+  };
+  impl_->add(escaped(channel), on_band, {}, false);
+}
+
+bool Bus::Impl::on_band(BandAssembler& assembler, Subscription& images, const std::string& channel,
+                        const Bytes& bytes) {
+  band_t band{};
+  if (!decode(bytes, band)) return false;
+  BandAssembler::Result result = assembler.add(std::move(band));
+  if (!result.dropped.empty()) status.count(fmt::format("dropped/{}/{}", channel, result.dropped));
+  if (result.incomplete + result.missing > 0)
+    status.count("lost/" + channel, result.incomplete + result.missing);
+  if (result.message) enqueue(images, {channel, std::move(*result.message)});
+  return true;
+}
+
+void Bus::publish_bands(const std::string& channel, Utime utime, const Bytes& bytes) {
+  Impl::BandWriter& writer = impl_->band_writers[channel];
+  if (writer.run == 0) writer.run = impl_->loop.now();
+  Utime due = impl_->loop.now();
+  for (const band_t& band : split_bands(bytes, utime, writer.run, writer.next)) {
+    if (band.band == 0) {
+      publish_raw(channel, encode(band));
+    } else {
+      impl_->loop.call_at(due += kBandSpacingUs,
+                          [this, channel, encoded = encode(band)] { publish_raw(channel, encoded); });
+    }
+  }
+  ++writer.next;
+}
+
 bool is_log_url(const std::string& url) { return url.rfind(kLogPrefix, 0) == 0; }
 
 std::string robot_bus_url(int robot) {
   return complete(fmt::format("udpm://239.255.76.67:{}", 7700 + robot));
+}
+std::string sensor_bus_url(int robot) {
+  return complete(fmt::format("udpm://239.255.76.67:{}", 7720 + robot));
+}
+std::string depth_bus_url(int robot) {
+  return complete(fmt::format("udpm://239.255.76.67:{}", 7740 + robot));
 }
 
 }  // namespace covey

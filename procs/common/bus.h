@@ -10,6 +10,7 @@
 //  - channel names are escaped (liblcm subscribes to regular expressions) and held to its limit of 63 bytes;
 //  - udpm URLs get a receive buffer of 4 MiB and ttl 0 unless they say otherwise; a bus that cannot be opened
 //    is an InputError;
+//  - image sets travel in bands (core/base/bands.h), paced as they are sent, put together before a node sees them;
 //  - numbered streams are repaired inside (core/base/stream.h): RESEND and STREAM_HEAD never reach a node;
 //  - a URL file://F.lcm reads a log in the loop's virtual time, and publishes into the recording only.
 // On a live bus a process hears what it publishes itself, if it subscribes to it; from a log it hears what
@@ -77,6 +78,14 @@ class Bus {
   template <typename T>
   void publish(const RadioChannel<T>& channel, const T& message);
 
+  // Complete messages only; bands that cannot be used are counted ("dropped/STEREO/old", ...), and so are image sets that
+  // lost some or all of their bands ("lost/STEREO"). In a log the bands are what is recorded.
+  template <typename T>
+  void subscribe(const BandedChannel<T>& channel, MessageHandler<T> handler,
+                 QueueOptions queue = {.newest_wins = true});
+  template <typename T>
+  void publish(const BandedChannel<T>& channel, const T& message);
+
   // Bytes as they come, for every channel that matches the regular expression as a whole.
   void subscribe_raw(const std::string& regex, RawHandler handler, QueueOptions queue = {});
   // False, and counted, where liblcm cannot send it (name too long).
@@ -94,6 +103,8 @@ class Bus {
   void subscribe_stream(const std::string& channel, NumberOf number_of, BytesHandler handler,
                         const StreamPositions& have);
   void publish_stream(const std::string& channel, const StreamMessage& message);
+  void subscribe_bands(const std::string& channel, BytesHandler handler, QueueOptions queue);
+  void publish_bands(const std::string& channel, Utime utime, const Bytes& bytes);
 
   std::unique_ptr<Impl> impl_;
 };
@@ -101,6 +112,9 @@ class Bus {
 constexpr int kLastRobot = 19;  // ports 7700+r, 7720+r and 7740+r stay apart
 // The URL of a robot's private bus.
 std::string robot_bus_url(int robot);
+// Of its IMU and stereo images, and of its depth images: only who needs them opens them.
+std::string sensor_bus_url(int robot);
+std::string depth_bus_url(int robot);
 // file://F.lcm
 bool is_log_url(const std::string& url);
 
@@ -145,6 +159,24 @@ void Bus::subscribe(const StreamChannel<T>& channel, MessageHandler<T> handler, 
 template <typename T>
 void Bus::publish(const StreamChannel<T>& channel, const T& message) {
   publish_stream(channel.name, {channel.stream(message), channel.number(message), encode(message)});
+}
+
+template <typename T>
+void Bus::subscribe(const BandedChannel<T>& channel, MessageHandler<T> handler, QueueOptions queue) {
+  subscribe_bands(
+      channel.name,
+      [handler = std::move(handler)](const Bytes& bytes) {
+        T message{};
+        if (!decode(bytes, message)) return false;
+        handler(message);
+        return true;
+      },
+      queue);
+}
+
+template <typename T>
+void Bus::publish(const BandedChannel<T>& channel, const T& message) {
+  publish_bands(channel.name, message.utime, encode(message));
 }
 
 template <typename T>

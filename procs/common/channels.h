@@ -4,6 +4,8 @@
 // The channel table: every channel's name, type and, for the radio, treatment. Names stand here and nowhere
 // else; the human-readable table with rates and sizes is lcmtypes/README.md.
 
+#include <covey/band_t.hpp>
+#include <covey/depth_t.hpp>
 #include <covey/dpgo_alignment_t.hpp>
 #include <covey/dpgo_beacon_t.hpp>
 #include <covey/dpgo_join_t.hpp>
@@ -12,11 +14,21 @@
 #include <covey/dpgo_round_t.hpp>
 #include <covey/dpgo_start_t.hpp>
 #include <covey/dpgo_update_t.hpp>
+#include <covey/imu_t.hpp>
 #include <covey/keyframe_t.hpp>
+#include <covey/lcd_features_t.hpp>
+#include <covey/lcd_loop_t.hpp>
+#include <covey/lcd_request_t.hpp>
+#include <covey/lcd_words_t.hpp>
 #include <covey/loop_t.hpp>
 #include <covey/loop_weights_t.hpp>
+#include <covey/mesh_block_t.hpp>
+#include <covey/mesh_optimized_t.hpp>
+#include <covey/odometry_t.hpp>
 #include <covey/resend_t.hpp>
+#include <covey/state_t.hpp>
 #include <covey/status_t.hpp>
+#include <covey/stereo_t.hpp>
 #include <covey/stream_head_t.hpp>
 #include <covey/trajectory_t.hpp>
 #include <cstdint>
@@ -42,6 +54,12 @@ struct StreamChannel {
   std::int32_t (*number)(const T&);
 };
 
+// Messages too large for a datagram of the sensor buses: they travel as numbered bands (core/base/bands.h).
+template <typename T>
+struct BandedChannel {
+  const char* name;
+};
+
 // The two names put together; lives as long as the process.
 const char* radio_channel_name(const char* prefix, const char* name);
 
@@ -59,9 +77,18 @@ struct RadioChannel {
   Channel<T> in() const { return {radio_channel_name("IN_", name)}; }
 };
 
+// Sensor bus (IMU, STEREO, ODOMETRY) and depth bus (DEPTH).
+inline constexpr Channel<imu_t> kImu{"IMU"};
+inline constexpr BandedChannel<stereo_t> kStereo{"STEREO"};
+inline constexpr BandedChannel<depth_t> kDepth{"DEPTH"};
+inline constexpr Channel<odometry_t> kOdometry{"ODOMETRY"};
+
+// Robot's private bus.
 inline constexpr Channel<status_t> kStatus{"STATUS"};
 inline constexpr Channel<resend_t> kResend{"RESEND"};
 inline constexpr Channel<stream_head_t> kStreamHead{"STREAM_HEAD"};
+inline constexpr Channel<state_t> kState{"STATE"};
+inline constexpr Channel<mesh_optimized_t> kMeshOptimized{"MESH_OPTIMIZED"};
 inline constexpr Channel<trajectory_t> kTrajectory{"TRAJECTORY"};
 inline constexpr Channel<loop_weights_t> kLoopWeights{"LOOP_WEIGHTS"};
 
@@ -70,6 +97,9 @@ inline constexpr StreamChannel<keyframe_t> kKeyframe{
     [](const keyframe_t& keyframe) { return keyframe.id; }};
 inline constexpr StreamChannel<loop_t> kLoop{"LOOP", [](const loop_t& loop) { return loop.stream; },
                                              [](const loop_t& loop) { return loop.number; }};
+inline constexpr StreamChannel<mesh_block_t> kMesh{"MESH",
+                                                   [](const mesh_block_t& block) { return block.stream; },
+                                                   [](const mesh_block_t& block) { return block.number; }};
 
 // Presence goes before the work: a beacon that waits behind updates makes a robot look absent.
 inline constexpr RadioChannel<dpgo_beacon_t> kDpgoBeacon{"DPGO_BEACON", radio::Module::kDpgo, false, 2};
@@ -81,9 +111,18 @@ inline constexpr RadioChannel<dpgo_start_t> kDpgoStart{"DPGO_START", radio::Modu
 inline constexpr RadioChannel<dpgo_alignment_t> kDpgoAlignment{"DPGO_ALIGNMENT", radio::Module::kDpgo, true};
 inline constexpr RadioChannel<dpgo_update_t> kDpgoUpdate{"DPGO_UPDATE", radio::Module::kDpgo, true};
 
+inline constexpr RadioChannel<lcd_words_t> kLcdWords{"LCD_WORDS", radio::Module::kPlaceRecognition, true};
+inline constexpr RadioChannel<lcd_request_t> kLcdRequest{"LCD_REQUEST", radio::Module::kGeometricVerification,
+                                                         true, 1};
+inline constexpr RadioChannel<lcd_features_t> kLcdFeatures{"LCD_FEATURES",
+                                                           radio::Module::kGeometricVerification, true};
+inline constexpr RadioChannel<lcd_loop_t> kLcdLoop{"LCD_LOOP", radio::Module::kGeometricVerification, true,
+                                                   1};
+
 // Every radio channel. radio_bridge lets nothing else cross.
-inline constexpr std::tuple kRadioChannels{kDpgoBeacon, kDpgoRound, kDpgoRequest,   kDpgoJoin,
-                                           kDpgoKeys,   kDpgoStart, kDpgoAlignment, kDpgoUpdate};
+inline constexpr std::tuple kRadioChannels{kDpgoBeacon, kDpgoRound,  kDpgoRequest,   kDpgoJoin,
+                                           kDpgoKeys,   kDpgoStart,  kDpgoAlignment, kDpgoUpdate,
+                                           kLcdWords,   kLcdRequest, kLcdFeatures,   kLcdLoop};
 
 // The same without the types.
 const radio::TreatmentTable& radio_table();

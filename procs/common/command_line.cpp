@@ -19,6 +19,15 @@ std::optional<CommandLine> parse_command_line(int argc, char** argv, const Proce
   app.add_option(
       "--url", command.url,
       "LCM bus, or file://F.lcm to run from a log (default: the robot's private bus, port 7700 + robot)");
+  if (options.reads_sensors) {
+    app.add_option(
+        "--sensor-url", command.sensor_url,
+        "bus of the robot's IMU and stereo images (default: port 7720 + robot; from a log, that log)");
+  }
+  if (options.reads_depth) {
+    app.add_option("--depth-url", command.depth_url,
+                   "bus of the robot's depth images (default: port 7740 + robot; from a log, that log)");
+  }
   app.add_option("--state", command.state_dir, "folder for what must survive a restart; created if absent");
   app.add_option("--out", command.out, "record what is published to this LCM log");
   app.add_option("--tum", command.tum_path, "write the trajectory to this file (TUM format) at the end");
@@ -38,6 +47,10 @@ std::optional<CommandLine> parse_command_line(int argc, char** argv, const Proce
   if (command.url.empty()) {
     if (command.robot < 0) throw_input_error("--url is needed where --robot is not given");
     command.url = robot_bus_url(command.robot);
+  }
+  if (command.robot >= 0 && !is_log_url(command.url)) {
+    if (command.sensor_url.empty()) command.sensor_url = sensor_bus_url(command.robot);
+    if (command.depth_url.empty()) command.depth_url = depth_bus_url(command.robot);
   }
   if (!command.state_dir.empty()) {
     std::error_code error;

@@ -18,6 +18,8 @@ struct CommandLine {
   int robot = -1;
   std::filesystem::path config;
   std::string url;
+  std::string sensor_url;  // empty from a log: the sensors are in it
+  std::string depth_url;
   std::filesystem::path state_dir;
   std::string out;
   std::filesystem::path tum_path;

@@ -61,6 +61,10 @@ struct Process::Impl {
   std::vector<std::unique_ptr<Bus>> buses;
   std::vector<std::function<void()>> stop_handlers;
   Utime start_utime = 0;
+  Bus* sensor = nullptr;
+  Bus* depth = nullptr;
+
+  Bus& sensor_bus(Bus*& opened, const std::string& url, Process& process) const;
 };
 
 Process::Process(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -78,6 +82,17 @@ EventLoop& Process::loop() { return impl_->loop; }
 Status& Process::status() { return impl_->status; }
 void Process::on_stop(std::function<void()> handler) { impl_->stop_handlers.push_back(std::move(handler)); }
 void Process::stop(int exit_code) { impl_->loop.stop(exit_code); }
+
+Bus& Process::sensor_bus() { return impl_->sensor_bus(impl_->sensor, impl_->command.sensor_url, *this); }
+
+Bus& Process::depth_bus() { return impl_->sensor_bus(impl_->depth, impl_->command.depth_url, *this); }
+
+Rig Process::rig() const { return load_robot_rig(impl_->command.config); }
+
+Bus& Process::Impl::sensor_bus(Bus*& opened, const std::string& url, Process& process) const {
+  if (!opened) opened = url.empty() ? &process.bus() : &process.open_bus(url);
+  return *opened;
+}
 
 Bus& Process::open_bus(const std::string& url) {
   for (const auto& other : impl_->buses) {

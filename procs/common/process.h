@@ -16,6 +16,7 @@
 #include <string>
 
 #include "core/base/config.h"
+#include "core/geometry/rig.h"
 #include "procs/common/bus.h"
 #include "procs/common/event_loop.h"
 #include "procs/common/status.h"
@@ -30,7 +31,9 @@ class Process;
 
 struct ProcessOptions {
   std::string name;
-  std::string summary;       // one line for --help
+  std::string summary;         // one line for --help
+  bool reads_sensors = false;  // --sensor-url, --depth-url: where sensor_bus() and depth_bus() are
+  bool reads_depth = false;
   bool serves_robot = true;  // --robot must be given; else it may be, and robot() is -1 without it
   // Options of its own; include <CLI/CLI.hpp> in one file only.
   std::function<void(CLI::App&)> add_options = {};
@@ -48,14 +51,19 @@ class Process {
 
   const std::string& name() const;
   int robot() const;  // --robot
-  Config& config();   // --config; empty where not given. Keys that nobody reads are refused
+  Rig rig() const;  // the file that `sensors: FILE` in --config names, relative to it; InputError without one
+  Config& config();  // --config; empty where not given. Keys that nobody reads are refused
   const std::filesystem::path& state_dir() const;  // --state, created if absent; empty where not given
   const std::filesystem::path& tum_path() const;   // --tum; empty where not given
   bool from_log() const;
 
   Utime now() const;  // us; live the system clock, from a log event time: the only clock that nodes use
   Bus& bus();         // --url; the robot's private bus by default
-  // Another bus beside it (sensors), or another log: events of all logs come in order of time.
+  // The robot's sensors, opened when they are first asked for. From a log they are in that log unless --sensor-url or
+  // --depth-url names another.
+  Bus& sensor_bus();
+  Bus& depth_bus();
+  // Another bus beside it, or another log: events of all logs come in order of time.
   Bus& open_bus(const std::string& url);
   EventLoop& loop();
   Status& status();

@@ -8,10 +8,14 @@
 #include <string>
 
 #include "core/base/config.h"
+#include "core/geometry/rig.h"
 
 namespace covey {
 
 // Of the program whose section is `program`; an empty configuration where `file` is empty. Throws InputError.
 Config load_robot_config(const std::filesystem::path& file, const std::string& program);
+
+// The rig that the file's key `sensors` names. Throws InputError.
+Rig load_robot_rig(const std::filesystem::path& file);
 
 }  // namespace covey

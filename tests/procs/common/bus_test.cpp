@@ -263,5 +263,27 @@ TEST_CASE("A log that is cut off is read as far as it goes") {
   fs::remove(log);
 }
 
+TEST_CASE("An image set arrives whole through its bands, and a lost band costs one set") {
+  Local local;
+  std::vector<std::int64_t> seen;
+  local.bus.subscribe(kStereo, [&](const stereo_t& stereo) {
+    CHECK(stereo.left == std::vector<std::uint8_t>(stereo.left.size(), 7));
+    seen.push_back(stereo.utime);
+  });
+  stereo_t stereo{};
+  stereo.width = 752;
+  stereo.height = 480;
+  stereo.n_left = stereo.n_right = 752 * 480;
+  stereo.left.assign(752 * 480, 7);
+  stereo.right = stereo.left;
+  for (int i = 0; i < 3; ++i) {
+    stereo.utime = 1000 + i;
+    local.bus.publish(kStereo, stereo);
+    local.run();
+  }
+  CHECK(seen == std::vector<std::int64_t>{1000, 1001, 1002});
+  CHECK(local.status.counter("in/STEREO") == 3);
+}
+
 }  // namespace
 }  // namespace covey

@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/geometry/camera.h"
+
+#include <catch2/catch.hpp>
+
+namespace covey {
+namespace {
+
+PinholeCamera euroc() {
+  return {
+      752, 480, 458.654, 457.296, 367.215, 248.375, {-0.28340811, 0.07395907, 0.00019359, 1.76187114e-05}};
+}
+
+TEST_CASE("Undistorting a pixel and distorting it again gives the pixel, over the whole picture") {
+  const PinholeCamera camera = euroc();
+  for (double u = 0.0; u < camera.width; u += 37.0) {
+    for (double v = 0.0; v < camera.height; v += 31.0) {
+      const auto m = camera.undistort({u, v});
+      REQUIRE(m);
+      CHECK((camera.distort(*m) - Eigen::Vector2d(u, v)).norm() < 1e-6);
+    }
+  }
+}
+
+TEST_CASE("The distortion's Jacobian is its numeric one") {
+  const PinholeCamera camera = euroc();
+  const Eigen::Vector2d m(0.4, -0.3);
+  Eigen::Matrix2d J;
+  camera.distort(m, &J);
+  constexpr double kStep = 1e-6;
+  for (int i = 0; i < 2; ++i) {
+    const Eigen::Vector2d d = kStep * Eigen::Vector2d::Unit(i);
+    const Eigen::Vector2d numeric = (camera.distort(m + d) - camera.distort(m - d)) / (2.0 * kStep);
+    CHECK((J.col(i) - numeric).norm() < 1e-5);
+  }
+}
+
+TEST_CASE("Without distortion projection is the pinhole's, and needs a point in front") {
+  PinholeCamera camera = euroc();
+  camera.distortion = {};
+  const auto pixel = camera.project({0.2, -0.1, 2.0});
+  REQUIRE(pixel);
+  CHECK(pixel->x() == Approx(458.654 * 0.1 + 367.215));
+  CHECK(pixel->y() == Approx(457.296 * -0.05 + 248.375));
+  CHECK_FALSE(camera.project({0.0, 0.0, -1.0}));
+  CHECK(camera.contains({-0.4, 0.0}));
+  CHECK_FALSE(camera.contains({751.6, 0.0}));
+}
+
+TEST_CASE("A pixel that no point can have is told") {
+  PinholeCamera camera = euroc();
+  camera.distortion = {-0.5, 0.0, 0.0, 0.0};  // |m| (1 - |m|^2 / 2) never exceeds 0.544
+  CHECK(camera.undistort({camera.cx + 0.5 * camera.fx, camera.cy}));
+  CHECK_FALSE(camera.undistort({camera.cx + 0.6 * camera.fx, camera.cy}));
+  CHECK_FALSE(camera.undistort({-3000.0, 248.0}));
+}
+
+}  // namespace
+}  // namespace covey
