@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+#include "core/base/config.h"
+
+namespace covey::vio {
+
+struct VioOptions {
+  // The smoother's window.
+  int window = 10;                       // keyframes
+  int landmarks = 90;                    // in the window, at most
+  int iterations = 4;                    // of Levenberg-Marquardt per keyframe
+  double keyframe_interval_s = 0.25;     // at the latest
+  double keyframe_min_interval_s = 0.1;  // at the earliest
+  double keyframe_parallax = 0.06;  // on the plane z = 1, median since the last keyframe, rotation taken out
+  double keyframe_overlap = 0.6;    // share of the last keyframe's landmarks that are still seen
+  double robust_width = 1.5;        // of the Huber kernel of image coordinates, in sigmas
+  double gate = 4.0;                // sigmas beyond which an image coordinate is not used
+
+  // Keyframes for the team: when one of these is reached.
+  double team_distance_m = 0.5;
+  double team_angle_deg = 15.0;
+  double team_interval_s = 1.0;
+  // Their relative poses are at least this uncertain, per axis: what a calibration is off by is not in the images' noise.
+  double team_sigma_m = 0.002;
+  double team_sigma_deg = 0.03;
+
+  // Start and end of a segment.
+  double start_s = 0.7;    // of images that a segment starts from
+  int min_tracks = 8;      // that agree with the map; with fewer the IMU is on its own
+  double coast_s = 3.0;    // on its own for longer: a new segment
+  double imu_gap_s = 0.2;  // without samples for longer: a new segment
+};
+
+VioOptions read_vio_options(ConfigSection& section);
+
+}  // namespace covey::vio
