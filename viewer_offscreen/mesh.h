@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "viewer_offscreen/colour.h"
+#include "viewer_offscreen/texture.h"
 
 namespace covey::viewer {
 
@@ -21,6 +22,7 @@ struct Mesh {
   std::vector<Eigen::Vector3f> vertices;            // metres
   std::vector<Rgb> colours;                         // one per vertex, or empty
   std::vector<std::uint16_t> labels;                // one per vertex, or empty
+  std::vector<TexturePoint> texture;                // one per vertex, or empty; not in PLY files
   std::vector<std::array<std::uint32_t, 3>> faces;  // indices of vertices
 };
 

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+// A simulated world: a labelled, textured triangle mesh in W (z up, metres), made from a seed. Textures are procedural and rich in
+// corners at all scales; most things look like nothing else in the world, and some are alike on purpose.
+//
+// town: a square grid of straight streets on the flat ground z = 0, closed in by houses. Every block holds a house, or is a garden or a
+// car park. A third of the houses are of one type, so that places look alike.
+// room: a furnished room around the volume in which the EuRoC V1 sequences fly (frame of their ground truth, floor z = 0).
+
+#include <Eigen/Geometry>
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "viewer_offscreen/mesh.h"
+
+namespace covey::sim {
+
+// Streets as a graph of straight centre lines on the ground.
+struct RoadGraph {
+  std::vector<Eigen::Vector2d> junctions_W;
+  std::vector<std::array<int, 2>> roads;  // pairs of junctions, first < second
+  // Nothing stands within this distance of a centre line, nor on the square of this half side about a junction.
+  double clear_half_width_m = 0.0;
+};
+
+struct MeshWorld {
+  std::string name;
+  viewer::Mesh mesh;  // colours: of the texture's mean, for pictures and files
+  viewer::Textures textures;
+  RoadGraph roads;                               // empty where nobody drives
+  std::vector<Eigen::AlignedBox3d> buildings_W;  // what radio and sight do not pass
+};
+
+struct TownOptions {
+  std::uint64_t seed = 1;
+  int blocks = 4;          // along a side; there are (blocks + 1)^2 junctions, (0, 0) at the first
+  double block_m = 16.0;   // between junctions
+  int texture_side = 512;  // texels; smaller is quicker to make
+};
+
+MeshWorld make_town(const TownOptions& options = {});
+
+struct RoomOptions {
+  std::uint64_t seed = 1;
+  int texture_side = 512;
+};
+
+// Nothing but air within 0.5 m of x in [-2.4, 2.3], y in [-2.6, 3.6], z in [0.75, 2.65].
+MeshWorld make_room(const RoomOptions& options = {});
+
+}  // namespace covey::sim
