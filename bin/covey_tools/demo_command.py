@@ -9,33 +9,40 @@ import sys
 import time
 import webbrowser
 
-from covey_tools import places, radio_plan, report, report_page, report_words, team_sheet, worlds
+from covey_tools import places, radio_plan, recordings, report, report_page, report_words, team_sheet, worlds
 from covey_tools.errors import Failure, InputError
+from covey_tools.sensor_team import SensorTeam
+from covey_tools.team import Team
 from covey_tools.team_run import TeamRun
 
 DESCRIPTION = """Runs a team of robots, every process of theirs and the radio between them, and measures what came out.
 
-Sets up and builds first. The robots' processes run from a process sheet in a private network; the demo ends when all
-that the robots have is solved in one round that all of them took part in."""
+Sets up and builds first. Sensor data is made once and kept. The robots' processes run from a process sheet in a private
+network; the demo ends when all that the robots have is solved in one round that all of them took part in, and the mesh
+of that round is there."""
 
 EPILOG = """worlds (configs/worlds)
-  grid      simulated robots in a town, noisy odometry, a third of all loop closures false; needs no data
+  town      ground robots with cameras, IMU and depth in simulated streets; needs no data
+  euroc-v1  real flights and their real IMU, from DATA/euroc/motion, through a furnished room that is drawn
+  grid      a pose graph: robots in a town, noisy odometry, a third of all loop closures false; needs no data
   tunnels   the real pose graph of eight robots, from DATA/pose_graphs/tunnels
 
 output, in --out
   report.html    to look at; report.json: the same figures and more
   traj/          robot<i>_vio.tum: odometry alone; robot<i>_team.tum: the team's solution (stamps in s, poses in W)
+  mesh/          robot<i>_vio.ply: as measured; robot<i>_team.ply: deformed, in W; merged.ply: all of these
   snapshots/     pictures before and after
   logs/          every bus as an LCM log: robot<i>.lcm, air.lcm (the radio); processes/: what each process printed
   radio.yaml     --radio with the start of the contact plan, where it has one without epoch_utime
   demo.procman   the sheet that was run; graph/: the pose graph; state/: what processes read after a restart
+  Sensor data stays in --cache (some 17 MB for each robot and second).
 
 exit codes: 0 done; 1 not everything was solved in time, or a program failed (the report says what is missing);
 2 wrong usage or input; 130 interrupted (the report is written)"""
 
 # What a run leaves in --out, and the next one replaces.
 OUTPUTS = ("report.json", "report.html", "demo.procman", "radio.yaml", "results.lcm", "graph", "traj", "snapshots",
-           "logs", "state", "central")
+           "logs", "state", "central", "mesh")
 
 
 def main(arguments=None):
@@ -44,10 +51,10 @@ def main(arguments=None):
     if not options.no_build:
         _set_up_and_build()
     out = _empty_output(options.out)
-    robots = worlds.prepare_graph(world, options.seed, options.data, os.path.join(out, "graph"))
-    outcome = _run_team(world, robots, options, out)
+    recording, robots = _prepare(world, options, out)
+    outcome = _run_team(world, robots, recording, options, out)
     print("\ndemo: measuring what came out", flush=True)
-    facts = report.make(report.Run(out, world, robots, outcome, options.radio, options.seed))
+    facts = report.make(report.Run(out, world, robots, outcome, options.radio, options.seed, recording))
     report_page.write(out, facts)
     print(report_words.table(facts))
     page = os.path.join(out, "report.html")
@@ -72,7 +79,7 @@ def _parse(arguments):
     parser = argparse.ArgumentParser(prog="demo", description=DESCRIPTION, epilog=EPILOG,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
     add = parser.add_argument
-    add("--world", default="grid", metavar="W", help=f"{' | '.join(worlds.names())} (default grid)")
+    add("--world", default="town", metavar="W", help=f"{' | '.join(worlds.names())} (default town)")
     add("--robots", type=_count, metavar="N", help="how many (default: the world's)")
     add("--seconds", type=_positive, metavar="S", help="of data; pose-graph worlds have a keyframe a second")
     add("--radio", default=os.path.join(here, "configs", "radio", "ideal.yaml"), metavar="FILE",
@@ -81,6 +88,7 @@ def _parse(arguments):
         help="recorded data (default $COVEY_DATA, else ../shared/data)")
     add("--out", default=os.path.join("out", "demo"), metavar="DIR",
         help="default out/demo; what an earlier run left there is replaced")
+    add("--cache", default=recordings.DEFAULT_CACHE, metavar="DIR", help="keeps sensor data (default out/cache)")
     add("--speed", type=_positive, metavar="X", help="seconds of data in a second (default: the world's)")
     add("--seed", type=int, default=1, help="of simulated worlds (default 1)")
     add("--patience", type=_positive, metavar="S", help="to wait for the end after the data (default: the world's)")
@@ -135,7 +143,7 @@ def _empty_output(out):
                 shutil.rmtree(path)
             elif os.path.lexists(path):
                 os.remove(path)
-        for name in ("traj", "snapshots", "logs/processes", "state"):
+        for name in ("traj", "snapshots", "logs/processes", "state", "mesh"):
             os.makedirs(os.path.join(out, name))
     except OSError as error:
         raise InputError(f"--out {error.filename}: {error.strerror.lower()}; expected a folder to write in") from None
@@ -153,16 +161,31 @@ def _radio_file(radio, out):
     return path
 
 
-def _run_team(world, robots, options, out):
+def _prepare(world, options, out):
+    """What the robots will be fed: (the Recording of a world with sensors, else None; the robots)."""
+    if not world.has_sensors:
+        return None, worlds.prepare_graph(world, options.seed, options.data, os.path.join(out, "graph"))
+    recording = recordings.prepare(world, options.seed, options.data, options.cache)
+    return recording, [worlds.Robot(robot, recording.log(robot), truth=recording.truth(f"robot{robot}.tum"))
+                       for robot in range(world.robots)]
+
+
+def _run_team(world, robots, recording, options, out):
     sheet = os.path.join(out, "demo.procman")
-    team_sheet.write(sheet, world.robots, {"OUT": out, "WORLD": world.file, "RADIO": _radio_file(options.radio, out),
-                                           "GRAPH": os.path.join(out, "graph"), "SPEED": f"{world.speed:g}"})
-    seconds = max(robot.keyframes for robot in robots)
-    keyframes = sum(robot.keyframes for robot in robots)
-    loops = sum(robot.loops + robot.own_loops for robot in robots) // 2
-    print(f"demo: world {world.name}: {world.robots} robots, {keyframes} keyframes, {loops} loop closures, "
-          f"{seconds} s of data at {world.speed:g} times its speed, radio {os.path.basename(options.radio)}",
-          flush=True)
-    run = TeamRun(sheet, robots, os.path.join(out, "logs", "processes"), os.path.join(out, "results.lcm"),
-                  seconds / world.speed + world.patience_s, options.namespace)
+    values = {"OUT": out, "CONFIG": world.file, "RADIO": _radio_file(options.radio, out), "SPEED": f"{world.speed:g}"}
+    if recording:
+        kind, team, seconds = team_sheet.SENSORS, SensorTeam(robots, world.seconds, world.speed), world.seconds
+        values["LOGS"] = recording.folder
+        what = "images, IMU and depth"
+    else:
+        kind, team, seconds = team_sheet.GRAPH, Team(robots), max(robot.keyframes for robot in robots)
+        values["GRAPH"] = os.path.join(out, "graph")
+        keyframes = sum(robot.keyframes for robot in robots)
+        loops = sum(robot.loops + robot.own_loops for robot in robots) // 2
+        what = f"{keyframes} keyframes, {loops} loop closures"
+    team_sheet.write(sheet, kind, world.robots, values)
+    print(f"demo: world {world.name}: {world.robots} robots, {what}, {seconds:g} s of data at {world.speed:g} times its "
+          f"speed, radio {os.path.basename(options.radio)}", flush=True)
+    run = TeamRun(sheet, team, os.path.join(out, "logs", "processes"), os.path.join(out, "results.lcm"),
+                  seconds / world.speed + world.patience_s, options.namespace, team_sheet.wait_for(kind, world.robots))
     return run.run()

@@ -18,13 +18,22 @@ def evaluate_online(logs, references):
     return _json("evaluate", ["online", "--log", *logs, "--reference", *references])
 
 
-def evaluate_graph(graph, estimates, barc2, truths=(), logs=(), loops=""):
-    """evaluate graph: robust cost and loop closures; `loops`: a file to list them in, for pictures."""
+def evaluate_graph(graph, estimates, barc2, truths=(), logs=(), loops="", limits=()):
+    """evaluate graph: robust cost and loop closures; `loops`: a file to list them in, for pictures.
+
+    `limits`: m and degrees within which a closure is true; (): evaluate's.
+    """
     arguments = ["graph", "--graph", graph, "--barc2", f"{barc2:g}", "--estimate", *estimates]
     arguments += ["--truth", *truths] if truths else []
     arguments += ["--log", *logs] if logs else []
     arguments += ["--loops", loops] if loops else []
+    arguments += ["--true-within-m", f"{limits[0]:g}", "--true-within-deg", f"{limits[1]:g}"] if limits else []
     return _json("evaluate", arguments)
+
+
+def evaluate_mesh(estimate, reference):
+    """evaluate mesh: distances between the surfaces, and how many labels agree."""
+    return _json("evaluate", ["mesh", "--estimate", estimate, "--reference", reference])
 
 
 def evaluate_radio(log):
@@ -40,7 +49,7 @@ class Central:
 
 
 def solve_centrally(graph, barc2, keyframes, folder):
-    """pgo --solver gnc on the whole graph at once; keyframes: how many each robot has."""
+    """pgo --solver gnc on the whole graph at once; keyframes: how many each robot (or chain) of it has."""
     os.makedirs(folder, exist_ok=True)
     out, tum = os.path.join(folder, "central.json"), os.path.join(folder, "central.tum")
     programs.run("pgo", ["--graph", graph, "--solver", "gnc", "--barc2", f"{barc2:g}", "--json", out, "--tum", tum])

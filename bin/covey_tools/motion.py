@@ -4,6 +4,7 @@
 A motion is (q, t): q = (w, x, y, z) of norm 1, t = (x, y, z) in m. A trajectory is a list of (stamp in s, motion).
 """
 
+import bisect
 import math
 
 IDENTITY = ((1.0, 0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
@@ -74,3 +75,14 @@ def write_tum(path, trajectory):
             position = " ".join(f"{each:.9f}" for each in t)
             rotation = " ".join(f"{each:.12f}" for each in (q[1], q[2], q[3], q[0]))
             file.write(f"{stamp:.6f} {position} {rotation}\n")
+
+
+def at(trajectory, stamps, within_s=0.01):
+    """The trajectory's pose nearest to each of the stamps, None where none is so near; both ascend."""
+    times = [stamp for stamp, _ in trajectory]
+    found = []
+    for stamp in stamps:
+        index = bisect.bisect_left(times, stamp)
+        near = min(trajectory[max(0, index - 1):index + 1], key=lambda each: abs(each[0] - stamp), default=None)
+        found.append(near[1] if near and abs(near[0] - stamp) <= within_s else None)
+    return found

@@ -10,26 +10,29 @@ import tempfile
 
 import numpy
 
-from covey_tools import evaluation, figures, motion, programs
+from covey_tools import evaluation, figures, motion, ply, programs
 
 _PLAN = "Seen from above. Lines join the two ends of loop closures: green kept, red rejected."
 _TITLES = {"before": "Before: each robot's odometry by itself", "after": "After: the team's solution"}
+_MESHES = (("auto", "mesh_colour", "One mesh of all robots"), ("label", "mesh_labels", "The same by label"),
+           ("height", "mesh_height", "The same by height"))
 
 
-def draw(run, facts, trajectories):
+def draw(run, facts, results):
     """Writes the pictures that can be made; returns [(file in snapshots/, caption)] in the order to show them."""
-    T_picture_W = _upright(trajectories)
-    stages = {"before": trajectories.vio, "after": trajectories.team}
+    T_picture_W = _upright(results)
+    stages = {"before": results.vio, "after": results.team}
     shown = []
     with tempfile.TemporaryDirectory() as work:
-        scenes = [_Scene(run, work, name, {robot: motion.moved(way, T_picture_W) for robot, way in ways.items()},
-                         trajectories.truth_files)
+        scenes = [_Scene(run, results, work, name, {robot: motion.moved(way, T_picture_W) for robot, way in ways.items()})
                   for name, ways in stages.items() if all(ways.values())]  # a stage that some robot lacks is no picture
-        figures.plan(run.file("snapshots", "plan.png"), [scene.panel() for scene in scenes], trajectories.truth)
+        figures.plan(run.file("snapshots", "plan.png"), [scene.panel() for scene in scenes], results.truth)
         shown.append(("plan.png", _PLAN))
         for scene in scenes:
             scene.render()
             shown.append((f"{scene.name}_oblique.png", _TITLES[scene.name]))
+        if os.path.exists(run.file("mesh", "merged.ply")):
+            shown += _draw_meshes(run, work, T_picture_W)
     costs = [(each["s"], each["cost"]) for each in facts["team"].get("cost_by_round", [])]
     if costs:
         figures.cost_by_round(run.file("snapshots", "cost.png"), costs, facts["team"].get("cost_centralized"))
@@ -39,20 +42,39 @@ def draw(run, facts, trajectories):
     return shown
 
 
+def _draw_meshes(run, work, T_picture_W):
+    """The merged mesh in colour, by label and by height, and the simulator's world by label to compare with."""
+    upright = os.path.join(work, "merged.ply")
+    ply.write(upright, ply.read(run.file("mesh", "merged.ply")).moved(T_picture_W))
+    shown = []
+    for colour_by, name, title in _MESHES:
+        _draw_mesh(run, upright, colour_by, name, title)
+        shown.append((f"{name}_oblique.png", f"{title}."))
+    world = run.recording.truth("world.ply")
+    _draw_mesh(run, world, "label", "world_labels", "The simulator's world by label")
+    return shown + [("mesh_labels_top.png", "By label, from above."),
+                    ("world_labels_top.png", "The simulator's world by label, from above: truth.")]
+
+
+def _draw_mesh(run, file, colour_by, name, title):
+    programs.run("viewer_offscreen", ["--mesh", file, "--colour-by", colour_by, "--view", "both", "--title", title,
+                                      "--out", run.file("snapshots", f"{name}.png")])
+
+
 class _Scene:
     """All robots' ways at one stage, upright, and the loop closures between them."""
 
-    def __init__(self, run, work, name, ways, truth_files):
+    def __init__(self, run, results, work, name, ways):
         self.name = name
         self._run = run
         self._ways = ways
-        self._truth_files = truth_files
+        self._truth_files = results.truth_files
         self._loops = os.path.join(work, f"{name}.loops")
         self._files = {robot: os.path.join(work, f"{name}{robot}.tum") for robot in ways}
         for robot, file in self._files.items():
             motion.write_tum(file, ways[robot])
-        evaluation.evaluate_graph(run.file("graph"), list(self._files.values()), run.world.barc2, (),
-                                  [run.file("results.lcm")], self._loops)
+        numbered = results.write_for_graph(ways, os.path.join(work, name))
+        evaluation.evaluate_graph(results.graph, numbered, run.world.barc2, (), [results.weights], self._loops)
 
     def panel(self):
         with open(self._loops, encoding="ascii") as file:
@@ -73,11 +95,11 @@ class _Scene:
         programs.run("viewer_offscreen", arguments)
 
 
-def _upright(trajectories):
+def _upright(results):
     """T_picture_W."""
-    if trajectories.T_truth_W is not None:
-        return trajectories.T_truth_W
-    positions = numpy.array([t for way in trajectories.team.values() for _, (_, t) in way] or [(0.0, 0.0, 0.0)])
+    if results.T_truth_W is not None:
+        return results.T_truth_W
+    positions = numpy.array([t for way in results.team.values() for _, (_, t) in way] or [(0.0, 0.0, 0.0)])
     _, _, axes = numpy.linalg.svd(positions - positions.mean(axis=0), full_matrices=True)
     if numpy.linalg.det(axes) < 0:
         axes[2] = -axes[2]

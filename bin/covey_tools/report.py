@@ -11,8 +11,10 @@ import subprocess
 import traceback
 from dataclasses import dataclass
 
-from covey_tools import evaluation, lcm_log, messages, motion, pictures, places
+from covey_tools import contract, evaluation, meshes, motion, pictures, places
 from covey_tools.errors import Failure, InputError
+from covey_tools.results import GraphResults, SensorResults
+from covey_tools.sensor_team import frames_dropped
 from covey_tools.team_run import Outcome
 from covey_tools.worlds import World
 
@@ -33,6 +35,7 @@ class Run:
     outcome: Outcome
     radio: str
     seed: int
+    recording: object = None  # recordings.Recording of a world with sensors
 
     def file(self, *names):
         return os.path.join(self.out, *names)
@@ -46,28 +49,41 @@ def make(run):
         "seconds": outcome.data_s,
         "robots": [{"id": robot.id, "keyframes": robot.keyframes, "loops": robot.loops} for robot in run.robots],
         "team": {},
-        "communication_bytes": _communication(run),
+        "communication_bytes": {},
         "realtime_factor": outcome.data_s / outcome.wall_s if outcome.wall_s else None,
         "complete": outcome.reason == "done",
         "missing": outcome.missing,
         "notes": [],
+        "remarks": [],
         "restarts": outcome.team.restarts(),
         "wall_seconds": outcome.wall_s,
+        "speed": run.world.speed,
         "radio": os.path.basename(run.radio),
         "seed": run.seed,
         "barc2": run.world.barc2,
         "commit": _commit(),
     }
     figures = []
+    sensors = run.world.has_sensors
+    results = _attempt(facts, "trajectories", lambda: (SensorResults if sensors else GraphResults)(run))
+    if results:
+        for robot in facts["robots"]:
+            robot["keyframes"], robot["loops"] = results.counts(robot["id"])
+    facts["communication_bytes"] = _communication(facts, run)
     _attempt(facts, "rounds", lambda: _measure_rounds(facts, run))
     _attempt(facts, "radio", lambda: _check_air(facts, run))
     _attempt(facts, "poses at the time", lambda: _measure_online(facts, run))
-    trajectories = _attempt(facts, "trajectories", lambda: Trajectories(run))
-    if trajectories:
+    if sensors:
+        _attempt(facts, "frames", lambda: _measure_frames(facts, run))
+    if results:
         for part, step in (("lengths", _measure_lengths), ("graph", _measure_graph), ("truth", _measure_truth),
                            ("central solution", _measure_central)):
-            _attempt(facts, part, lambda each=step: each(facts, run, trajectories))
-        _attempt(facts, "pictures", lambda: figures.extend(pictures.draw(run, facts, trajectories)))
+            _attempt(facts, part, lambda each=step: each(facts, run, results))
+        if sensors:
+            _attempt(facts, "mesh", lambda: meshes.measure(facts, run, results))
+        _attempt(facts, "pictures", lambda: figures.extend(pictures.draw(run, facts, results)))
+    if outcome.reason == "done":
+        facts["notes"] += contract.lacks(facts, sensors)
     with open(run.file("report.json"), "w", encoding="utf-8") as file:
         json.dump(facts, file, indent=2)
         file.write("\n")
@@ -88,33 +104,9 @@ def _attempt(facts, part, step):
     return None
 
 
-class Trajectories:
-    """The files in traj/, in W, the frame of the lowest robot's first keyframe, and truth in a frame of its own."""
-
-    def __init__(self, run):
-        self.team_files = [run.file("traj", f"robot{robot.id}_team.tum") for robot in run.robots]
-        self.vio_files = [run.file("traj", f"robot{robot.id}_vio.tum") for robot in run.robots]
-        self.truth_files = [robot.truth for robot in run.robots if robot.truth]
-        self.T_truth_W = None  # known once the solution is aligned with truth
-        self.team = {robot.id: motion.read_tum(file) if os.path.exists(file) else []
-                     for robot, file in zip(run.robots, self.team_files)}
-        self.truth = {robot.id: motion.read_tum(robot.truth) for robot in run.robots if robot.truth}
-        self.vio = {robot.id: self._place(robot) for robot in run.robots}
-        for robot, file in zip(run.robots, self.vio_files):
-            motion.write_tum(file, self.vio[robot.id])
-
-    def _place(self, robot):
-        """Odometry alone, put where its first keyframe really was or, without truth, is in the solution."""
-        odometry = motion.chain(robot.steps)
-        if self.truth:
-            T_W_truth = motion.inverse(self.truth[min(self.truth)][0][1])
-            return motion.moved(odometry, motion.compose(T_W_truth, self.truth[robot.id][0][1]))
-        return motion.moved(odometry, self.team[robot.id][0][1] if self.team[robot.id] else motion.IDENTITY)
-
-
-def _communication(run):
+def _communication(facts, run):
     sent = run.outcome.team.radio_bytes()
-    keyframes = sum(robot.keyframes for robot in run.robots)
+    keyframes = sum(robot["keyframes"] for robot in facts["robots"])
     return {**{name: sent.get(name, 0) for name in MODULES}, "total": sum(sent.values()),
             "centralized_keypoints": keyframes * KEYPOINTS_BYTES, "centralized_images": keyframes * IMAGES_BYTES}
 
@@ -128,9 +120,19 @@ def _check_air(facts, run):
         raise Failure(f"the bridges say they sent {said} bytes, the log of the radio has {heard}")
 
 
-def _measure_lengths(facts, run, trajectories):
+def _measure_frames(facts, run):
+    """Image sets and the time that vio took for each, by its own word; a killed vio takes its last second along."""
     for robot in facts["robots"]:
-        ways = (each.get(robot["id"]) for each in (trajectories.truth, trajectories.team, trajectories.vio))
+        vio = run.outcome.team.said("vio", robot["id"])
+        robot["frames"] = vio.total("in/STEREO") + vio.total("lost/STEREO")
+        robot["frames_dropped"] = frames_dropped(vio)
+        robot["vio_ms_mean"] = vio.gauges.get("frame_ms_mean")
+        robot["vio_ms_p99"] = vio.gauges.get("frame_ms_p99")
+
+
+def _measure_lengths(facts, run, results):
+    for robot in facts["robots"]:
+        ways = (each.get(robot["id"]) for each in (results.truth, results.team, results.vio))
         robot["length_m"] = motion.length(next(way for way in ways if way))
 
 
@@ -146,38 +148,26 @@ def _measure_rounds(facts, run):
     })
 
 
-def _measure_graph(facts, run, trajectories):
-    score = evaluation.evaluate_graph(run.file("graph"), trajectories.team_files, run.world.barc2,
-                                      trajectories.truth_files, [run.file("results.lcm")])
-    together = _solved_together(run.file("results.lcm"))
-    pairs = []
-    for pair in score["pairs"]:
-        a, b = pair.pop("a"), pair.pop("b")
-        pairs.append({"a": a, "b": b, "met": a == b or (a, b) in together, **pair})
-    facts["team"].update({"cost": score["cost"], "loops": pairs, "loops_total": score["loops"]["total"],
+def _measure_graph(facts, run, results):
+    score = evaluation.evaluate_graph(results.graph, results.graph_files["team"], run.world.barc2,
+                                      results.graph_files.get("truth", ()), [results.weights],
+                                      limits=results.closure_limits)
+    pairs = [{"a": pair["a"], "b": pair["b"], "met": pair["a"] == pair["b"] or (pair["a"], pair["b"]) in results.met,
+              **pair} for pair in results.pairs(score["pairs"])]
+    facts["team"].update({"cost": score["cost"], "loops": pairs, "loops_total": sum(pair["total"] for pair in pairs),
                           "loops_accepted": score["loops"]["accepted"]})
     facts["team"].update({name: score[name] for name in ("precision", "recall") if name in score})
 
 
-def _solved_together(log):
-    """Pairs of robots that finished a round together, from what they said of it (TRAJECTORY)."""
-    members = {}  # (anchor, round) -> robots
-    for event in lcm_log.Log(log):
-        message = messages.decode("trajectory_t", event.data) if event.channel == "TRAJECTORY" else None
-        if message:
-            members.setdefault((message.anchor, message.round), set()).add(message.robot)
-    return {(a, b) for robots in members.values() for a in robots for b in robots if a < b}
-
-
-def _measure_truth(facts, run, trajectories):
-    if not trajectories.truth:
+def _measure_truth(facts, run, results):
+    if not results.truth:
         return
-    for kind, key, files in (("vio", "ate_vio_m", trajectories.vio_files), ("team", "ate_m", trajectories.team_files)):
-        error = evaluation.evaluate_trajectories(files, trajectories.truth_files)
+    for kind, key, files in (("vio", "ate_vio_m", results.vio_files), ("team", "ate_m", results.team_files)):
+        error = evaluation.evaluate_trajectories(files, results.truth_files)
         facts["team"][key] = error["ate_m"]
         for robot, each in zip(facts["robots"], error["robots"]):
             robot[f"ate_{kind}_m"] = each["with_team"]["rmse_m"]
-    trajectories.T_truth_W = evaluation.alignment(error)
+    results.T_truth_W = evaluation.alignment(error)
 
 
 def _measure_online(facts, run):
@@ -188,17 +178,17 @@ def _measure_online(facts, run):
     logs = [run.file("logs", f"robot{robot.id}.lcm") for robot in run.robots]
     error = evaluation.evaluate_online(logs, truths)
     facts["team"]["keyframes_online"] = error["counted"]
-    if error["counted"]:
-        facts["team"]["ate_online_m"] = error["ate_m"]
+    if error["counted"] or run.world.has_sensors:
+        facts["team"]["ate_online_m"] = error.get("ate_m")
 
 
-def _measure_central(facts, run, trajectories):
-    keyframes = [robot.keyframes for robot in run.robots]
-    central = evaluation.solve_centrally(run.file("graph"), run.world.barc2, keyframes, run.file("central"))
+def _measure_central(facts, run, results):
+    folder = run.file("central")
+    central = evaluation.solve_centrally(results.graph, run.world.barc2, results.poses_per_file, folder)
     facts["team"].update({"cost_centralized": central.cost, "loops_accepted_centralized": central.kept_loops})
-    if trajectories.truth:
-        error = evaluation.evaluate_trajectories(central.files, trajectories.truth_files)
-        facts["team"]["ate_centralized_m"] = error["ate_m"]
+    if results.truth:
+        files = results.in_time(central.files, folder)
+        facts["team"]["ate_centralized_m"] = evaluation.evaluate_trajectories(files, results.truth_files)["ate_m"]
 
 
 def _commit():

@@ -5,7 +5,7 @@ import base64
 import html
 import os
 
-from covey_tools.report_words import against_central, metres, other_ates, truth_of_loops
+from covey_tools.report_words import against_central, metres, milliseconds, other_ates, share, truth_of_loops
 
 _STYLE = """
 body { font: 15px/1.5 system-ui, sans-serif; color: #1d2733; background: #f6f7f9; margin: 0; }
@@ -30,7 +30,7 @@ code { background: #eceff3; padding: 1px 4px; border-radius: 3px; }
 """
 
 _LAST_WORD = ("<p class='sub'>All figures of this page, and more, are in <code>report.json</code>; trajectories are in "
-              "<code>traj/</code>, logs of every bus in <code>logs/</code>.</p>")
+              "<code>traj/</code>, meshes in <code>mesh/</code>, logs of every bus in <code>logs/</code>.</p>")
 
 
 def write(out, facts):
@@ -44,6 +44,8 @@ def _page(out, facts):
     parts = [f"<h1>{title}</h1>", f"<p class='sub'>{_subtitle(facts)}</p>", *_warnings(facts), _tiles(facts)]
     parts += _figures(out, facts["figures"])
     parts += ["<h2>Robots</h2>", _robots(facts)]
+    if "mesh" in facts:
+        parts += ["<h2>Meshes</h2>", _meshes(facts), *(f"<p>{html.escape(each)}.</p>" for each in facts["remarks"])]
     if "loops" in facts["team"]:
         parts += ["<h2>Loop closures by pair of robots</h2>", _pairs(facts)]
     parts += ["<h2>Radio</h2>", _radio(facts), _LAST_WORD]
@@ -80,6 +82,10 @@ def _headlines(facts):
         yield f"{team['cost']:,.1f}", "; ".join(filter(None, ["robust cost", against_central(team)]))
         yield (f"{team['loops_accepted']:,} of {team['loops_total']:,}",
                "; ".join(filter(None, ["loop closures kept", truth_of_loops(team)])))
+    merged = next((each for each in facts.get("mesh", []) if each["robot"] == "merged"), None)
+    if merged:
+        yield metres(merged["error_after_m"]), f"error of the mesh; {metres(merged['error_before_m'])} before"
+        yield share(merged["labels_after"]), f"of its labels right; {share(merged['labels_before'])} before"
     yield f"{facts['communication_bytes']['total'] / 1e6:.2f} MB", "sent over the radio by all robots together"
     common = team.get("time_to_common_frame_s")
     yield f"{common:.1f} s" if common is not None else "never", "until all robots stood in one frame"
@@ -118,11 +124,24 @@ def _robots(facts):
         heads += ["ATE odometry", "ATE team"]
         for row, robot in zip(rows, facts["robots"]):
             row += [metres(robot.get("ate_vio_m")), metres(robot.get("ate_team_m"))]
+    if "frames" in facts["robots"][0]:
+        heads += ["image sets", "dropped", "vio mean", "vio p99"]
+        for row, robot in zip(rows, facts["robots"]):
+            row += [robot["frames"], robot["frames_dropped"], milliseconds(robot["vio_ms_mean"]),
+                    milliseconds(robot["vio_ms_p99"])]
+    return _table(heads, rows)
+
+
+def _meshes(facts):
+    heads = ["robot", "error before", "after", "completeness", "labels right before", "after"]
+    rows = [[each["robot"], metres(each["error_before_m"]), metres(each["error_after_m"]),
+             share(each["completeness_after_m"]), share(each["labels_before"]), share(each["labels_after"])]
+            for each in facts["mesh"]]
     return _table(heads, rows)
 
 
 def _pairs(facts):
-    heads = ["robots", "solved together", "found", "kept"]
+    heads = ["robots", "met", "found", "kept"]
     rows = [[f"{pair['a']} - {pair['b']}", "yes" if pair["met"] else "no", pair["total"], pair["accepted"]]
             for pair in facts["team"]["loops"]]
     if "precision" in facts["team"]:

@@ -6,6 +6,14 @@ def metres(value):
     return "-" if value is None else f"{value:.3f} m"
 
 
+def milliseconds(value):
+    return "-" if value is None else f"{value:.1f} ms"
+
+
+def share(value):
+    return "-" if value is None else f"{100 * value:.1f} %"
+
+
 def against_central(team):
     """"+0.49 % against central, 250,038.6", or "" where there is nothing to compare with."""
     central = team.get("cost_centralized")
@@ -31,11 +39,25 @@ def truth_of_loops(team):
 
 def table(facts):
     """The headline figures as a few lines of text."""
-    lines = ["", f"{'robot':>5}  {'keyframes':>9}  {'length':>8}  {'ATE odometry':>12}  {'ATE team':>8}"]
+    sensors = "frames" in facts["robots"][0]
+    head = f"{'robot':>5}  {'keyframes':>9}  {'length':>8}  {'ATE odometry':>12}  {'ATE team':>8}"
+    head += f"  {'frames':>6}  {'dropped':>7}  {'vio mean':>8}  {'vio p99':>8}" if sensors else ""
+    lines = ["", head]
     for robot in facts["robots"]:
         ates = f"{metres(robot.get('ate_vio_m')):>12}  {metres(robot.get('ate_team_m')):>8}"
-        lines.append(f"{robot['id']:5}  {robot['keyframes']:9}  {robot.get('length_m', 0.0):6.0f} m  {ates}")
+        line = f"{robot['id']:5}  {robot['keyframes']:9}  {robot.get('length_m', 0.0):6.0f} m  {ates}"
+        if sensors:
+            line += (f"  {robot['frames']:6}  {robot['frames_dropped']:7}  {milliseconds(robot['vio_ms_mean']):>8}  "
+                     f"{milliseconds(robot['vio_ms_p99']):>8}")
+        lines.append(line)
+    if facts.get("mesh"):
+        lines += ["", f"{'mesh':>6}  {'error before':>12}  {'after':>8}  {'completeness':>12}  {'labels before':>13}  "
+                      f"{'after':>8}"]
+        lines += [f"{each['robot']:>6}  {metres(each['error_before_m']):>12}  {metres(each['error_after_m']):>8}  "
+                  f"{share(each['completeness_after_m']):>12}  {share(each['labels_before']):>13}  "
+                  f"{share(each['labels_after']):>8}" for each in facts["mesh"]]
     lines += ["", *(f"{name:17} {text}" for name, text in _headlines(facts))]
+    lines += [f"remark: {remark}" for remark in facts.get("remarks", [])]
     return "\n".join(lines + [f"note: {note}" for note in facts["notes"]])
 
 
@@ -49,7 +71,8 @@ def _headlines(facts):
         asides = [f"central {central}" if central is not None else "", truth_of_loops(team)]
         aside = ", ".join(each for each in asides if each)
         yield "closures kept", f"{team['loops_accepted']} of {team['loops_total']}" + (f" ({aside})" if aside else "")
-    yield "radio", f"{sent['total'] / 1e3:,.0f} kB sent by all robots, {sent['dpgo'] / 1e3:,.0f} kB of it for dpgo"
+    yield "radio", (f"{sent['total'] / 1e3:,.0f} kB sent by all robots, {sent['dpgo'] / 1e3:,.0f} kB of it for dpgo; "
+                    f"a server would need {sent['centralized_keypoints'] / 1e3:,.0f} kB of keypoints")
     common = team.get("time_to_common_frame_s")
     frame = f"one frame after {common:.1f} s" if common is not None else "never in one frame"
     yield "time", f"{facts['wall_seconds']:.1f} s for {facts['seconds']:.0f} s of data; {frame}"

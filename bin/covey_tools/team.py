@@ -42,7 +42,15 @@ class Said:
 
 
 class Team:
-    """`robots`: the Robots (worlds.py) whose graph is to be solved."""
+    """`robots`: the Robots (worlds.py) whose graph is to be solved; a team of players, front ends made of a file.
+
+    The watcher of a run (team_run.py) tells it what it hears (take, hear) and what happens to the sheet's processes
+    (event), and asks it for `missing`, `rows` and `data_s`.
+    """
+
+    PROCESSES = ("dpgo", "radio_bridge", "player")  # of each robot, that say STATUS
+    # Channels that the watcher writes down itself: a logger may be killed just when the last word is said.
+    RESULT_CHANNELS = ("LOOP_WEIGHTS", "TRAJECTORY")
 
     def __init__(self, robots):
         self.robots = robots
@@ -57,14 +65,25 @@ class Team:
         said = self._said.setdefault((status.process, status.robot), Said())
         round_before, phase_before = said.gauges.get("round"), said.phase
         said.take(status)
-        if status.process == "player" and self._start_s is None:
-            self._start_s = now_s
+        if status.process == "player":
+            self.begin(now_s)
         if status.process != "dpgo" or self._start_s is None:
             return
         if said.phase == "round" != phase_before:
             self._round_began_s[status.robot] = now_s
         if said.gauges.get("round") not in (None, round_before):
             self._note_round(status.robot, said, now_s)
+
+    def hear(self, robot, channel, payload, now_s):
+        """One of RESULT_CHANNELS, on the bus of that robot."""
+
+    def event(self, name, text, now_s):
+        """What the sheet says of a command of it."""
+
+    def begin(self, now_s):
+        """The data begins."""
+        if self._start_s is None:
+            self._start_s = now_s
 
     def _note_round(self, robot, said, now_s):
         if robot in self._round_began_s:
@@ -80,6 +99,17 @@ class Team:
     def elapsed_s(self, now_s):
         """Since the data began; 0 before."""
         return 0.0 if self._start_s is None else now_s - self._start_s
+
+    def data_s(self, now_s):
+        """Seconds of data that have been played."""
+        return max(self.said("player", robot.id).gauges.get("played_s", 0.0) for robot in self.robots)
+
+    def settled_s(self, now_s):
+        """Since the data began, until nothing changed any more: how long the work took."""
+        return self.elapsed_s(now_s)
+
+    def is_done(self, now_s):
+        return not self.missing()
 
     def missing(self):
         """Sentences: what stands between the team and a solution of all it has. Empty: done."""

@@ -13,11 +13,9 @@ from covey_tools.loop import Loop
 from covey_tools.process import last_log_line
 from covey_tools.team import Team
 
-# Channels that the watcher writes down itself: a logger may be killed just when the last word is said.
-RESULT_CHANNELS = ("LOOP_WEIGHTS", "TRAJECTORY")
 REFRESH_S = 1.0
 PLAIN_REFRESH_S = 5.0
-START_PATIENCE_S = 20.0  # until every process has said STATUS
+START_PATIENCE_S = 30.0  # until every process has said STATUS
 STOP_PATIENCE_S = 60.0
 
 
@@ -26,19 +24,44 @@ class Outcome:
     team: Team
     reason: str = ""  # why it ended: "done", "time", "interrupted", or a sentence
     missing: list = field(default_factory=list)  # sentences
-    wall_s: float = 0.0  # from the first data to the last round
+    wall_s: float = 0.0  # from the first data to the last round, or the last mesh
     data_s: float = 0.0
 
 
-class TeamRun:
-    """`logs`: folder for what the processes print; `results`: file for RESULT_CHANNELS; ends after `limit_s`."""
+class _Events:
+    """What the sheet writes of its commands, line by line as it comes: "12.3 s  vio-0  started pid 4711"."""
 
-    def __init__(self, sheet, robots, logs, results, limit_s, network_mode):
+    def __init__(self, path):
+        self._path = path
+        self._at = 0
+
+    def read(self):
+        """[(command, text)] since the last call."""
+        try:
+            with open(self._path, "rb") as file:
+                file.seek(self._at)
+                whole, newline, _ = file.read().rpartition(b"\n")
+        except FileNotFoundError:
+            return []
+        self._at += len(whole) + len(newline)
+        fields = [line.split(None, 3) for line in whole.decode("utf-8", "replace").splitlines()]
+        return [(name, text) for _, _, name, text in (each for each in fields if len(each) == 4)]
+
+
+class TeamRun:
+    """`logs`: folder for what the processes print; `results`: file for the team's RESULT_CHANNELS; ends after `limit_s`.
+
+    `wait_for`: commands of the sheet that say STATUS before its script goes on.
+    """
+
+    def __init__(self, sheet, team, logs, results, limit_s, network_mode, wait_for=()):
         self._sheet = sheet
         self._logs = logs
         self._limit_s = limit_s
         self._mode = network_mode
-        self._team = Team(robots)
+        self._wait_for = wait_for
+        self._events = _Events(os.path.join(logs, "events.txt"))
+        self._team = team
         self._outcome = Outcome(self._team)
         self._results = lcm_log.Writer(results)
         self._live = sys.stdout.isatty() and os.environ.get("TERM") != "dumb"
@@ -64,30 +87,32 @@ class TeamRun:
         return self._outcome
 
     def _listen(self, network):
-        addresses = [bus.robot_bus(robot.id) for robot in self._team.robots]
-        for each in network.open_sockets(lambda: [bus.open_bus(*address) for address in addresses]):
+        robots = [robot.id for robot in self._team.robots]
+        sockets = network.open_sockets(lambda: [bus.open_bus(*bus.robot_bus(robot)) for robot in robots])
+        for robot, each in zip(robots, sockets):
             each.setblocking(False)
-            self._loop.on_readable(each, self._reader(each, bus.Receiver()))
+            self._loop.on_readable(each, self._reader(robot, each, bus.Receiver()))
         for number in (signal.SIGINT, signal.SIGTERM):
             self._loop.on_signal(number, lambda: self._end("interrupted"))
         self._loop.after(REFRESH_S, self._tick)
 
-    def _reader(self, source, receiver):
+    def _reader(self, robot, source, receiver):
         def read():
             for packet, sender in bus.drain(source):
                 message = receiver.take(packet, sender)
                 if message:
-                    self._take(message)
+                    self._take(robot, message)
         return read
 
-    def _take(self, message):
-        if message.channel in RESULT_CHANNELS:
+    def _take(self, robot, message):
+        if message.channel in self._team.RESULT_CHANNELS:
             self._results.write(message.channel, message.payload, int(time.time() * 1e6))
+            self._team.hear(robot, message.channel, message.payload, self._loop.now())
         elif message.channel == status.CHANNEL:
             said = status.decode(message.payload)
             if said:
                 self._team.take(said, self._loop.now())
-                if not self._team.missing():
+                if self._team.is_done(self._loop.now()):
                     self._end("done")
 
     def _start(self, network):
@@ -97,13 +122,16 @@ class TeamRun:
             network.join()
             namespace.die_with_parent(parent, signal.SIGTERM)
 
-        sheet = os.path.join(places.ROOT, "bin", "sheet")
+        command = [os.path.join(places.ROOT, "bin", "sheet"), self._sheet, "start", "go", "--namespace", "in-place",
+                   "--logs", self._logs]
+        command += ["--wait-for", ",".join(self._wait_for)] if self._wait_for else []
         self._child = subprocess.Popen(
-            [sheet, self._sheet, "start", "go", "--namespace", "in-place", "--logs", self._logs],
-            stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, start_new_session=True, preexec_fn=prepare)
+            command, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, start_new_session=True, preexec_fn=prepare)
 
     def _tick(self):
         self._loop.after(REFRESH_S, self._tick)
+        for name, text in self._events.read():
+            self._team.event(name, text, self._loop.now())
         elapsed_s = self._loop.now() - self._begun
         if self._child.poll() is not None:
             self._end(f"bin/sheet ended with {self._child.returncode}; see {self._logs}/events.txt")
@@ -116,18 +144,17 @@ class TeamRun:
 
     def _unheard(self):
         """Who has never said STATUS, with the last line of its log."""
-        names = [(process, robot.id) for robot in self._team.robots for process in ("dpgo", "radio_bridge", "player")]
+        names = [(process, robot.id) for robot in self._team.robots for process in self._team.PROCESSES]
         silent = [f"{process}-{robot}" for process, robot in names if not self._team.said(process, robot).phase]
         return [f"{name}: {last_log_line(os.path.join(self._logs, f'{name}.log'))}" for name in silent]
 
     def _end(self, reason):
         if self._outcome.reason:
             return
-        played = [self._team.said("player", robot.id).gauges.get("played_s", 0.0) for robot in self._team.robots]
         self._outcome.reason = reason
         self._outcome.missing = self._team.missing()
-        self._outcome.wall_s = self._team.elapsed_s(self._loop.now())
-        self._outcome.data_s = max(played)
+        self._outcome.wall_s = self._team.settled_s(self._loop.now())
+        self._outcome.data_s = self._team.data_s(self._loop.now())
         self._show()
         self._loop.stop()
 

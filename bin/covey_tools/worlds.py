@@ -1,7 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The worlds of bin/demo: configs/worlds/<name>.yaml, and where the pose graph of each comes from."""
+"""The worlds of bin/demo: configs/worlds/<name>.yaml, and where the pose graph of each comes from.
+
+A world is made of sensor data (town, euroc-v1: recordings.py has them made) or is a pose graph (grid, tunnels).
+"""
 
 import csv
+import math
 import os
 from dataclasses import dataclass, field
 
@@ -20,11 +24,12 @@ class World:
     speed: float
     patience_s: float
     barc2: float
+    has_sensors: bool = False
 
 
 @dataclass
 class Robot:
-    """What a robot's file of the pose graph holds."""
+    """A robot, and what its file holds: of the pose graph, or its sensor log (then the counts come from the run)."""
 
     id: int
     file: str
@@ -43,9 +48,23 @@ def load(name):
     if name not in names():
         raise InputError(f"--world {name}: no such world; expected one of {', '.join(names())}")
     file = os.path.join(FOLDER, f"{name}.yaml")
-    demo, dpgo = read_section(file, "demo"), read_section(file, "dpgo")
-    return World(name, file, robots=int(demo["robots"]), seconds=float(demo["seconds"]), speed=float(demo["speed"]),
-                 patience_s=float(demo["patience_s"]), barc2=float(dpgo["barc2"]))
+    demo = read_section(file, "demo")
+    config = os.path.normpath(os.path.join(FOLDER, demo["robot"])) if "robot" in demo else file
+    return World(name, config, robots=int(demo["robots"]), seconds=float(demo["seconds"]), speed=float(demo["speed"]),
+                 patience_s=float(demo["patience_s"]), barc2=_threshold(read_section(config, "dpgo")),
+                 has_sensors="robot" in demo)
+
+
+def _threshold(dpgo):
+    """Of a closure's squared residual, as dpgo has it: barc2, or the chi-square quantile of `probability`."""
+    if "barc2" in dpgo:
+        return float(dpgo["barc2"])
+    probability, low, high = float(dpgo.get("probability", 0.99)), 0.0, 1e3
+    while high - low > 1e-9:  # 6 degrees of freedom: P(x) = 1 - exp(-x/2) (1 + x/2 + x^2/8)
+        x = 0.5 * (low + high)
+        reached = 1.0 - math.exp(-x / 2) * (1 + x / 2 + x * x / 8) >= probability
+        low, high = (low, x) if reached else (x, high)
+    return high
 
 
 def read_section(file, section):
@@ -67,10 +86,18 @@ def check(world, data):
     if world.name == "tunnels" and not os.path.isdir(_recorded(data)):
         raise InputError(f"{os.path.normpath(_recorded(data))}: no such folder; give --data the folder that has "
                          "pose_graphs/tunnels, or take --world grid, which needs no data")
+    if world.name.startswith("euroc") and not os.path.isdir(motion_folder(data)):
+        raise InputError(f"{os.path.normpath(motion_folder(data))}: no such folder; give --data (or COVEY_DATA) the "
+                         "folder that has euroc/motion, or take --world town, which needs no data")
 
 
 def _recorded(data):
     return os.path.join(data, "pose_graphs", "tunnels")
+
+
+def motion_folder(data):
+    """The real motion and IMU that euroc worlds fly."""
+    return os.path.join(data, "euroc", "motion")
 
 
 def prepare_graph(world, seed, data, folder):

@@ -4,7 +4,7 @@
 namespace covey {
 
 GraphScore score_graph(const pgo::PoseGraph& graph, const GraphSolution& solution, double barc2,
-                       const std::optional<pgo::Poses>& truth) {
+                       const std::optional<pgo::Poses>& truth, const ClosureLimits& limits) {
   GraphScore score;
   score.robust = pgo::robust_cost(graph, solution.poses, barc2);
   const std::vector<bool>& kept = solution.kept ? *solution.kept : score.robust.kept;
@@ -16,7 +16,7 @@ GraphScore score_graph(const pgo::PoseGraph& graph, const GraphSolution& solutio
     if (truth) {
       const SE3& T_W_A = (*truth)[offsets[edge.from.robot] + edge.from.index];
       const SE3& T_W_B = (*truth)[offsets[edge.to.robot] + edge.to.index];
-      closure.right = is_right_closure(edge.measurement, T_W_A.inverse() * T_W_B);
+      closure.right = is_right_closure(edge.measurement, T_W_A.inverse() * T_W_B, limits);
     }
     score.closures.push_back(closure);
   }

@@ -27,6 +27,7 @@ struct GraphScore {
 
 // truth: poses in any frame; nothing where it is not known.
 GraphScore score_graph(const pgo::PoseGraph& graph, const GraphSolution& solution, double barc2,
-                       const std::optional<pgo::Poses>& truth = std::nullopt);
+                       const std::optional<pgo::Poses>& truth = std::nullopt,
+                       const ClosureLimits& limits = {});
 
 }  // namespace covey

@@ -24,6 +24,7 @@ struct Options {
   std::vector<std::filesystem::path> logs;
   std::filesystem::path loops;  // output
   double barc2 = 0.0;
+  ClosureLimits limits;
 };
 
 pgo::Poses read_poses(const pgo::PoseGraph& graph, const std::vector<std::filesystem::path>& files,
@@ -75,7 +76,7 @@ void print_score(const Options& options) {
   }
   std::optional<pgo::Poses> truth;
   if (!options.truths.empty()) truth = read_poses(graph, options.truths, "--truth");
-  const GraphScore score = score_graph(graph, solution, options.barc2, truth);
+  const GraphScore score = score_graph(graph, solution, options.barc2, truth, options.limits);
 
   if (!options.loops.empty()) write_loops(options.loops, graph, solution.poses, score.closures);
 
@@ -107,6 +108,12 @@ void add_graph_command(CLI::App& app) {
       ->required()
       ->check(CLI::PositiveNumber);
   command->add_option("--truth", options->truths, "TUM files, one per robot: which closures are right");
+  command->add_option("--true-within-m", options->limits.translation_m, "of a true closure")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  command->add_option("--true-within-deg", options->limits.rotation_deg, "of a true closure")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
   command->add_option(
       "--log", options->logs,
       "logs of the robots' buses: accepted is what LOOP_WEIGHTS says, not what the residuals say");

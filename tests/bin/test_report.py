@@ -14,6 +14,7 @@ from covey_tools import (demo_command, evaluation, lcm_log, messages, motion, pi
                          team_sheet, worlds)
 from covey_tools.errors import InputError
 from covey_tools.grammar import read_sheet
+from covey_tools.run import make_plan
 from covey_tools.team import Team
 from covey_tools.team_run import Outcome
 
@@ -87,14 +88,21 @@ class MotionTest(unittest.TestCase):
 class SheetTest(Folder, unittest.TestCase):
     def test_the_sheet_of_a_run_is_one_that_sheet_takes(self):
         path = os.path.join(self.folder, "demo.procman")
-        values = {"OUT": "/tmp/a b", "WORLD": "w.yaml", "RADIO": "r.yaml", "GRAPH": "/tmp/g", "SPEED": "8"}
-        team_sheet.write(path, 3, values)
-        sheet = read_sheet(path)
-        self.assertEqual(len(sheet.commands), 3 * len(team_sheet.PROCESSES) + 1)
-        self.assertTrue(all(command.auto_respawn for command in sheet.commands))
-        self.assertNotIn("@", "".join(command.exec for command in sheet.commands))
+        values = {"OUT": "/tmp/a b", "CONFIG": "w.yaml", "RADIO": "r.yaml", "GRAPH": "/tmp/g", "SPEED": "8",
+                  "LOGS": "/tmp/l"}
+        for kind, sources in ((team_sheet.GRAPH, ()), (team_sheet.SENSORS, team_sheet.SENSORS.sources)):
+            team_sheet.write(path, kind, 3, values)
+            sheet = read_sheet(path)
+            self.assertEqual(len(sheet.commands), 3 * len(kind.readers + kind.sources) + 1)
+            for command in sheet.commands:
+                self.assertEqual(command.auto_respawn, command.id.split("-")[0] not in sources, command.id)
+            self.assertNotIn("@", "".join(command.exec for command in sheet.commands))
+            started = [str(action) for action in make_plan(sheet, "go").actions]
+            for process in kind.wait_for:
+                self.assertLess(started.index(f'wait cmd "{process}-2" status "running"'),
+                                started.index(f'start cmd "{kind.sources[0]}-0"'))
         with self.assertRaisesRegex(InputError, "cannot stand in a sheet"):
-            team_sheet.write(path, 1, {**values, "OUT": "/tmp/it's"})
+            team_sheet.write(path, team_sheet.GRAPH, 1, {**values, "OUT": "/tmp/it's"})
 
 
 class WorldsTest(unittest.TestCase):
@@ -105,10 +113,16 @@ class WorldsTest(unittest.TestCase):
             self.assertGreater(world.barc2, 1.0)
 
     def test_refusals(self):
-        with self.assertRaisesRegex(InputError, "no such world; expected one of grid, tunnels"):
+        with self.assertRaisesRegex(InputError, "no such world; expected one of euroc-v1, grid, town, tunnels"):
             worlds.load("moon")
         with self.assertRaisesRegex(InputError, "take --world grid"):
             worlds.check(worlds.load("tunnels"), "/nowhere")
+        with self.assertRaisesRegex(InputError, "/nowhere/euroc/motion: no such folder; .* take --world town"):
+            worlds.check(worlds.load("euroc-v1"), "/nowhere")
+        worlds.check(worlds.load("town"), "/nowhere")
+
+    def test_the_threshold_is_a_quantile_where_the_robots_have_a_probability(self):
+        self.assertAlmostEqual(worlds.load("town").barc2, 16.8119, places=4)  # chi-square, 6 degrees of freedom, 0.99
 
 
 class ReportTest(Folder, unittest.TestCase):

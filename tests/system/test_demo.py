@@ -162,11 +162,12 @@ class Demo(unittest.TestCase):
             self.assertFalse(os.path.exists(f"/proc/{pid}"), f"process {pid} lives on")
 
     def test_refusals(self):
-        for arguments, sentence in ((["--world", "moon"], "expected one of grid, tunnels"),
+        for arguments, sentence in ((["--world", "moon"], "expected one of euroc-v1, grid, town, tunnels"),
                                     (["--world", "tunnels", "--data", "/nowhere"], "take --world grid, which needs no"),
+                                    (["--world", "euroc-v1", "--data", "/nowhere"], "/nowhere/euroc/motion: no such folder"),
                                     (["--radio", "/nowhere.yaml"], "no such file"),
                                     (["--robots", "0"], "not between 1 and 20"),
-                                    (["--robots", "6", "--seconds", "4"], "too few for 6 robots to meet")):
+                                    (["--world", "grid", "--robots", "6", "--seconds", "4"], "too few for 6 robots to meet")):
             self.assertIn(sentence, self.finish(self.start(*arguments), 2))
 
 

@@ -1,0 +1,214 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The sensor logs and the truth of a simulated world, made once and kept.
+
+    CACHE/<world>-<robots>x<seconds>s-seed<K>/<key>/robot<i>.lcm    IMU, STEREO and DEPTH of a robot
+                                                    truth/          poses, the world's mesh, radio contacts
+
+The key is a hash of all that decides their bytes: the simulator and what it reads. A file appears under its name when it
+is whole, so what an interrupted run left is made again and the rest is kept. Folders of other keys, which no simulator
+at hand would make any more, are removed unless a demo is using them.
+"""
+
+import contextlib
+import fcntl
+import hashlib
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import dataclass
+
+from covey_tools import namespace, places, worlds
+from covey_tools.errors import Failure, InputError
+from covey_tools.process import last_log_line
+
+DEFAULT_CACHE = os.path.join(places.ROOT, "out", "cache")
+_PERCENT = re.compile(r"(\d+) ?%")
+_POLL_S = 0.1
+_PLAIN_REFRESH_S = 10.0
+
+
+@dataclass
+class Recording:
+    """Complete, and not removed by others while `lock` is open."""
+
+    folder: str
+    robots: int
+    lock: object
+
+    def log(self, robot):
+        return os.path.join(self.folder, f"robot{robot}.lcm")
+
+    def truth(self, *names):
+        return os.path.join(self.folder, "truth", *names)
+
+
+@dataclass
+class _Job:
+    """One run of the simulator, and the file or folder that it leaves."""
+
+    name: str
+    arguments: list
+    option: str  # before the path to write
+    path: str
+    process: object = None
+
+    @property
+    def partial(self):
+        return f"{self.path}.partial"
+
+    @property
+    def words(self):
+        return f"{self.path}.txt"
+
+
+def prepare(world, seed, data, cache):
+    """The Recording of a world with sensors; what of it is not in `cache` is made, with progress on stdout."""
+    simulator = os.path.join(places.build_folder(), "bin", "sim")
+    arguments = ["--world", world.name, "--robots", str(world.robots), "--seconds", f"{world.seconds:g}",
+                 "--seed", str(seed)]
+    if world.name.startswith("euroc"):
+        arguments += ["--data", os.path.abspath(data)]
+    family = os.path.join(os.path.abspath(cache), f"{world.name}-{world.robots}x{world.seconds:g}s-seed{seed}")
+    key = _key(simulator, arguments, world, data)
+    folder = os.path.join(family, key)
+    try:
+        os.makedirs(folder, exist_ok=True)
+        lock = open(f"{folder}.lock", "ab")  # noqa: closed by whoever uses the recording
+    except OSError as error:
+        raise InputError(f"--cache {cache}: {error.strerror.lower()}; expected a folder to write in") from None
+    recording = Recording(folder, world.robots, lock)
+    jobs = [_Job("truth", [simulator, *arguments], "--truth", recording.truth())]
+    jobs += [_Job(f"robot {robot}", [simulator, *arguments, "--robot", str(robot)], "--log", recording.log(robot))
+             for robot in range(world.robots)]
+    try:
+        if not all(os.path.exists(job.path) for job in jobs):
+            fcntl.flock(lock, fcntl.LOCK_EX)  # two demos that want the same make it once
+            _remove_others(family, key)
+            _make([job for job in jobs if not os.path.exists(job.path)], world.seconds)
+        fcntl.flock(lock, fcntl.LOCK_SH)
+    except BaseException:
+        lock.close()
+        raise
+    return recording
+
+
+def _key(simulator, arguments, world, data):
+    """Of the program, its arguments and the files that it reads."""
+    digest = hashlib.sha256(repr(arguments[:-1] if "--data" in arguments else arguments).encode())
+    files = [simulator] + sorted(_files(os.path.join(places.ROOT, "configs", "sensors")))
+    for path in files:
+        try:
+            with open(path, "rb") as file:
+                digest.update(hashlib.sha256(file.read()).digest())
+        except OSError as error:
+            raise Failure(f"{path}: {error.strerror.lower()}; bin/build makes it") from None
+    if world.name.startswith("euroc"):
+        folder = worlds.motion_folder(data)
+        for path in sorted(_files(folder)):
+            digest.update(f"{os.path.relpath(path, folder)} {os.path.getsize(path)}".encode())
+    return digest.hexdigest()[:16]
+
+
+def _files(folder):
+    return [os.path.join(at, name) for at, _, names in os.walk(folder) for name in names]
+
+
+def _remove_others(family, key):
+    for name in os.listdir(family):
+        if name.startswith(key) or not name.endswith(".lock"):
+            continue
+        path = os.path.join(family, name)
+        with open(path, "ab") as lock:
+            try:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                continue
+            shutil.rmtree(path.removesuffix(".lock"), ignore_errors=True)
+            os.remove(path)
+
+
+def _make(jobs, seconds):
+    """Runs all, as many at a time as there are cores; Failure or InputError where one cannot."""
+    if not jobs:
+        return  # another demo has made them meanwhile
+    print(f"demo: making sensor data of {seconds:g} s, kept for the next run in {os.path.dirname(jobs[0].path)}",
+          flush=True)
+    waiting, running, done, shown = list(jobs), [], [], _Progress(jobs)
+    try:
+        while waiting or running:
+            while waiting and len(running) < (os.cpu_count() or 1):
+                running.append(_start(waiting.pop(0)))
+            time.sleep(_POLL_S)
+            for job in [job for job in running if job.process.poll() is not None]:
+                running.remove(job)
+                _finish(job)
+                done.append(job)
+            shown.show(running, done)
+    finally:
+        for job in running:
+            job.process.kill()
+            job.process.wait()
+    shown.show(running, done, last=True)
+
+
+def _start(job):
+    parent = os.getpid()
+    _remove(job.partial)
+    with open(job.words, "wb") as words:
+        try:
+            job.process = subprocess.Popen(
+                [*job.arguments, job.option, job.partial], stdin=subprocess.DEVNULL, stdout=words, stderr=words,
+                preexec_fn=lambda: namespace.die_with_parent(parent, signal.SIGTERM))
+        except OSError as error:
+            raise Failure(f"{job.arguments[0]}: {error.strerror.lower()}; bin/build makes it") from None
+    return job
+
+
+def _finish(job):
+    code = job.process.returncode
+    said = last_log_line(job.words).removeprefix("sim: ")
+    if code == 2:
+        raise InputError(said)
+    if code or not os.path.exists(job.partial):
+        raise Failure(f"sim ended with {code} on {job.name}: {said}; see {job.words}")
+    os.rename(job.partial, job.path)
+
+
+def _remove(path):
+    if os.path.isdir(path):
+        shutil.rmtree(path)
+    with contextlib.suppress(FileNotFoundError):
+        os.remove(path)
+
+
+class _Progress:
+    """One line, replaced on a terminal, repeated now and then elsewhere."""
+
+    def __init__(self, jobs):
+        self._jobs = jobs
+        self._start_s = time.monotonic()
+        self._shown_s = self._start_s
+        self._live = sys.stdout.isatty()
+
+    def show(self, running, done, last=False):
+        now_s = time.monotonic()
+        if not last and not self._live and now_s - self._shown_s < _PLAIN_REFRESH_S:
+            return
+        self._shown_s = now_s
+        words = ", ".join(f"{job.name} {self._state(job, running, done)}" for job in self._jobs)
+        line = f"{now_s - self._start_s:6.1f} s  {words}"
+        sys.stdout.write(f"\r\033[K{line}" + ("\n" if last else "") if self._live else f"{line}\n")
+        sys.stdout.flush()
+
+    @staticmethod
+    def _state(job, running, done):
+        if job in done:
+            return "done"
+        if job not in running:
+            return "waiting"
+        percents = _PERCENT.findall(last_log_line(job.words))
+        return f"{percents[-1]} %" if percents else "begun"
