@@ -13,12 +13,14 @@ import struct
 import subprocess
 from dataclasses import dataclass
 
-from covey_tools import places, status
+from covey_tools import messages, places, status
 from covey_tools.errors import Failure, InputError
-from covey_tools.lcm_log import Log
+from covey_tools.lcm_log import Log, Writer
 
 # Left out unless named: sources read data sets and not a bus, and radio_bridge needs a log of the air too.
 NOT_BY_THEMSELVES = {"player", "sim", "radio_bridge"}
+# Options for the log of the sensors, which a log of the robot's bus does not have.
+SENSOR_OPTIONS = {"vio": ("--sensor-url",), "lcd": ("--sensor-url",), "mesher": ("--depth-url",)}
 _HEAD = struct.Struct(">qq")
 _SHORT = 8  # hexadecimal digits of an event's own digest
 
@@ -56,6 +58,25 @@ def commands_in(log_path):
             if message and message.process not in NOT_BY_THEMSELVES and message.robot >= 0:
                 found.add(Command(message.process, message.robot))
     return sorted(found, key=lambda command: (command.robot, command.name))
+
+
+def on_sensor_time(log_path, out_path):
+    """Writes the log of a robot's bus anew with its events at the time of the sensors' log.
+
+    A bus is logged by the wall clock, sensors by the time of measurement; two logs are read in order of time. STATE,
+    which is said at once, tells the one from the other: events move by the smallest lead that any STATE has.
+    """
+    stamps = [(event.utime, state.utime) for event in Log(log_path) if event.channel == "STATE"
+              for state in [messages.decode("state_t", event.data)] if state]
+    if len(stamps) < 2 or stamps[-1][1] <= stamps[0][1]:
+        raise InputError(f"{log_path}: has no STATE of vio, so its time cannot be told from the sensors'")
+    (wall_0, utime_0), (wall_1, utime_1) = stamps[0], stamps[-1]
+    speed = (utime_1 - utime_0) / (wall_1 - wall_0)
+    lead = min((wall - wall_0) * speed - (utime - utime_0) for wall, utime in stamps)
+    out = Writer(out_path)
+    for event in Log(log_path):
+        out.write(event.channel, event.data, max(0, int((event.utime - wall_0) * speed - lead) + utime_0))
+    out.close()
 
 
 def run(command, log_path, out_path, options=()):

@@ -4,6 +4,7 @@
 import argparse
 import json
 import os
+import sys
 import tempfile
 
 from covey_tools import replay
@@ -13,6 +14,7 @@ DESCRIPTION = """Runs processes from a log, twice each; says a digest of every o
 
 Without --process: every process whose STATUS is in the log, as the robot that it said, but for sources (player, sim)
 and radio_bridge, which needs a log of the air too: --process 'radio_bridge --radio-url file://AIR.lcm'.
+vio, lcd and mesher need the log of the sensors too: --sensors; without it they are left out, unless named.
 Event time is the only clock, so what is published must be the same bytes at the same times; STATUS is left out.
 Exit 0: identical (and as stored), 1: not."""
 
@@ -26,6 +28,7 @@ def main(arguments=None):
     parser.add_argument("--robot", type=int, metavar="R",
                         help="robot of the processes that --process names (default 0); else only this robot's")
     parser.add_argument("--config", metavar="F", help="configuration for all of them")
+    parser.add_argument("--sensors", metavar="LOG", help="the LCM log of the robot's sensors")
     parser.add_argument("--store", metavar="F", help="write the digests to this JSON file")
     parser.add_argument("--compare", metavar="F", help="show differences to digests that were stored")
     parser.add_argument("--keep", metavar="DIR", help="keep the output logs here")
@@ -37,9 +40,14 @@ def main(arguments=None):
     with tempfile.TemporaryDirectory(prefix="covey-replay-") as scratch:
         folder = options.keep or scratch
         os.makedirs(folder, exist_ok=True)
+        log = options.log
+        if options.sensors:
+            log = os.path.join(folder, "on-sensor-time.lcm")
+            replay.on_sensor_time(options.log, log)
         for command in commands:
             outs = [os.path.join(folder, f"{command.name}-{command.robot}-{number}.lcm") for number in (1, 2)]
-            first, second = (_digests(command, options.log, out, shared) for out in outs)
+            arguments = (*shared, *_sensor_arguments(command, options.sensors))
+            first, second = (_digests(command, log, out, arguments) for out in outs)
             unlike = replay.differences(first, second)
             found[command.title] = first
             good = good and not unlike
@@ -56,9 +64,18 @@ def _commands(options):
     if options.process:
         return [replay.parse_command(text, options.robot or 0) for text in options.process]
     commands = [command for command in replay.commands_in(options.log) if options.robot in (None, command.robot)]
+    blind = [command for command in commands if command.name in replay.SENSOR_OPTIONS and not options.sensors]
+    if blind:
+        print(f"replay: left out, since there is no --sensors: {', '.join(each.title for each in blind)}", file=sys.stderr)
+    commands = [command for command in commands if command not in blind]
     if not commands:
         raise InputError(f"{options.log}: no process says STATUS in this log; name the ones to run with --process")
     return commands
+
+
+def _sensor_arguments(command, sensors):
+    names = replay.SENSOR_OPTIONS.get(command.name, ()) if sensors else ()
+    return [word for name in names for word in (name, f"file://{os.path.abspath(sensors)}")]
 
 
 def _digests(command, log, out, shared):

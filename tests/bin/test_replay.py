@@ -9,7 +9,8 @@ import subprocess
 import unittest
 
 import support
-from covey_tools import status
+from covey_tools import lcm_log, replay, status
+from covey_tools.errors import InputError
 from support import BIN, Folder
 
 
@@ -76,6 +77,32 @@ class Replay(Folder, unittest.TestCase):
         code, out, _ = self.replay("--process", "probe --bus-faults drop=0.3,duplicate=0.2,delay_ms=40,seed=5")
         self.assertEqual(code, 0, out)
         self.assertNotRegex(out, r"LOOP_WEIGHTS +100 ")
+
+    def test_what_needs_sensors_is_left_out_with_a_word(self):
+        said = generated("status_t")()
+        said.process, said.robot = "vio", 4
+        with open(self.log, "ab") as file:
+            file.write(event(999, 3_000_000, "STATUS", said.encode()))
+        code, out, err = self.replay()
+        self.assertEqual((code, err), (0, "replay: left out, since there is no --sensors: vio[4]\n"))
+        self.assertNotIn("vio", out)
+
+    def test_a_log_of_the_bus_is_put_on_the_time_of_the_sensors(self):
+        """Played at twice its speed; one STATE came at once, the others 10 ms late."""
+        log, out = lcm_log.Writer(self.log), os.path.join(self.folder, "out.lcm")
+        for utime in range(5_000_000, 6_000_001, 100_000):
+            state = generated("state_t")()
+            state.utime = utime
+            late_us = 0 if utime == 5_500_000 else 5_000
+            log.write("STATE", state.encode(), 1_700_000_000_000_000 + (utime - 5_000_000) // 2 + late_us)
+            log.write("MARK", b"", 1_700_000_000_000_000 + (utime - 5_000_000) // 2)
+        log.close()
+        replay.on_sensor_time(self.log, out)
+        times = [each.utime for each in lcm_log.Log(out) if each.channel == "MARK"]
+        self.assertEqual(times, list(range(5_000_000, 6_000_001, 100_000)))
+        self.write_log(3)
+        with self.assertRaisesRegex(InputError, "has no STATE of vio"):
+            replay.on_sensor_time(self.log, out)
 
     def test_refusals(self):
         for arguments, word in ((["--process", "nosuch"], "nosuch"), (["--compare", "/nowhere.json"], "/nowhere.json"),
