@@ -44,7 +44,8 @@ std::optional<CommandLine> parse_command_line(int argc, char** argv, const Proce
     throw InputError(std::string(error.what()) + "; --help lists the options");
   }
   command.faults = parse_bus_faults(faults);
-  if (command.url.empty()) {
+  const bool without_bus = command.robot < 0 && options.without_bus && !command.out.empty();
+  if (command.url.empty() && !without_bus) {
     if (command.robot < 0) throw_input_error("--url is needed where --robot is not given");
     command.url = robot_bus_url(command.robot);
   }

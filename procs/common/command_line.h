@@ -17,7 +17,7 @@ struct CommandLine {
   std::string name;
   int robot = -1;
   std::filesystem::path config;
-  std::string url;
+  std::string url;         // empty: ProcessOptions::without_bus
   std::string sensor_url;  // empty from a log: the sensors are in it
   std::string depth_url;
   std::filesystem::path state_dir;

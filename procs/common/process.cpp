@@ -158,6 +158,10 @@ int run_process(int argc, char** argv, const ProcessOptions& options,
     if (!command) return 0;
     start_logging(*command);
     limit_memory();
+    if (command->url.empty()) {
+      options.without_bus(command->out);
+      return 0;
+    }
     Config config = load_robot_config(command->config, options.name);
     Process process(std::make_unique<Process::Impl>(*command, std::move(config)));
     if (options.before_bus) options.before_bus(process);

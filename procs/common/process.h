@@ -37,6 +37,8 @@ struct ProcessOptions {
   bool serves_robot = true;  // --robot must be given; else it may be, and robot() is -1 without it
   // Options of its own; include <CLI/CLI.hpp> in one file only.
   std::function<void(CLI::App&)> add_options = {};
+  // What a process does when it is given --out but neither --url nor --robot: work on files, without a bus. May throw InputError.
+  std::function<void(const std::string& out)> without_bus = {};
   // What must happen before the bus is opened, such as entering a network namespace. There is no bus() yet.
   std::function<void(Process&)> before_bus = {};
 };
