@@ -6,13 +6,11 @@
 #include <algorithm>
 
 #include "core/base/error.h"
+#include "procs/player/pace.h"
 
 namespace covey {
 namespace {
 
-// What receivers with stock buffers take: 60 kB each 0.5 ms, and 90 small messages while a reader is late by 18 ms.
-constexpr Utime kNsPerByte = 8;
-constexpr Utime kUsPerMessage = 200;
 constexpr Utime kLongestBatchUs = 2'000;  // then timers and signals have their turn
 
 std::regex compile(const std::string& expression) {
@@ -44,8 +42,7 @@ void LogNode::publish(const std::string& channel, const Bytes& bytes) {
     return;
   }
   process_.bus().publish_raw(channel, bytes);
-  const Utime needed_us = std::max(kUsPerMessage, static_cast<Utime>(bytes.size()) * kNsPerByte / 1000);
-  not_before_ = std::max(not_before_, process_.now()) + needed_us;
+  not_before_ = std::max(not_before_, process_.now()) + time_to_receive(bytes.size());
   ++published_;
 }
 

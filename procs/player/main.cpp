@@ -7,9 +7,11 @@ int main(int argc, char** argv) {
   const covey::ProcessOptions process_options{
       .name = "player",
       .summary =
-          "plays recorded data onto a bus: an LCM log, or a pose graph as a robot's front end would say it",
+          "plays recorded data onto a bus: sensors in EuRoC's layout, an LCM log, or a pose graph as a "
+          "robot's front end would say it",
       .serves_robot = false,
-      .add_options = [&options](CLI::App& app) { covey::add_player_options(app, options); }};
+      .add_options = [&options](CLI::App& app) { covey::add_player_options(app, options); },
+      .without_bus = [&options](const std::string& out) { covey::convert(options, out); }};
   return covey::run_process(argc, argv, process_options, [&options](covey::Process& process) {
     return covey::make_player(process, options);
   });

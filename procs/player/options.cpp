@@ -4,12 +4,27 @@
 #include <CLI/CLI.hpp>
 
 #include "core/base/error.h"
+#include "procs/player/asl_node.h"
 #include "procs/player/log_node.h"
 #include "procs/player/pose_graph_node.h"
 
 namespace covey {
+namespace {
+
+void check_one_source(const PlayerOptions& options) {
+  const int given =
+      (options.asl.empty() ? 0 : 1) + (options.log.empty() ? 0 : 1) + (options.pose_graph.empty() ? 0 : 1);
+  if (given != 1) {
+    throw_input_error("give one source to play: --asl DIR, --log F.lcm or --pose-graph robot<i>.csv");
+  }
+}
+
+}  // namespace
 
 void add_player_options(CLI::App& app, PlayerOptions& options) {
+  app.add_option(
+      "--asl", options.asl,
+      "a folder in EuRoC's layout: IMU and STEREO, onto --url, or without --url into the log --out at once");
   app.add_option("--log", options.log, "an LCM log: publish its messages again; ends with it");
   app.add_option("--channels", options.channels,
                  "with --log: only channels that match this regular expression")
@@ -24,12 +39,17 @@ void add_player_options(CLI::App& app, PlayerOptions& options) {
 }
 
 std::shared_ptr<void> make_player(Process& process, const PlayerOptions& options) {
-  if (options.log.empty() == options.pose_graph.empty()) {
-    throw_input_error("give one source to play: --log F.lcm or --pose-graph robot<i>.csv");
-  }
+  check_one_source(options);
+  if (!options.asl.empty()) return std::make_shared<AslNode>(process, options);
   if (!options.log.empty()) return std::make_shared<LogNode>(process, options);
   if (process.robot() < 0) throw_input_error("--pose-graph needs --robot, the robot that speaks");
   return std::make_shared<PoseGraphNode>(process, options);
+}
+
+void convert(const PlayerOptions& options, const std::filesystem::path& log) {
+  check_one_source(options);
+  if (options.asl.empty()) throw_input_error("--url is needed where --robot is not given");
+  convert_asl(options.asl, log);
 }
 
 }  // namespace covey

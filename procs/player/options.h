@@ -12,6 +12,7 @@
 namespace covey {
 
 struct PlayerOptions {
+  std::filesystem::path asl;         // a folder in EuRoC's layout: IMU and STEREO
   std::filesystem::path log;         // an LCM log to publish again
   std::string channels = ".*";       // of the log, as a regular expression for the whole name
   std::filesystem::path pose_graph;  // robot<i>.csv, or a folder of them
@@ -22,5 +23,8 @@ void add_player_options(CLI::App& app, PlayerOptions& options);
 
 // InputError unless exactly one source is given, and what it needs with it.
 std::shared_ptr<void> make_player(Process& process, const PlayerOptions& options);
+
+// What --out asks for without --url.
+void convert(const PlayerOptions& options, const std::filesystem::path& log);
 
 }  // namespace covey
