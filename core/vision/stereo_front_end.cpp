@@ -1,0 +1,169 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/vision/stereo_front_end.h"
+
+#include <utility>
+
+#include "core/base/error.h"
+
+namespace covey {
+namespace {
+
+cv::Mat wrap(std::span<const std::uint8_t> bytes, int width, int height) {
+  return {height, width, CV_8UC1,
+          const_cast<std::uint8_t*>(bytes.data())};  // OpenCV has no view of constant pixels
+}
+
+cv::Point2f to_cv(const Eigen::Vector2d& p) { return {static_cast<float>(p.x()), static_cast<float>(p.y())}; }
+
+std::vector<cv::Point2f> pixels_of(const auto& tracks) {
+  std::vector<cv::Point2f> pixels;
+  pixels.reserve(tracks.size());
+  for (const auto& track : tracks) pixels.push_back(track.pixel);
+  return pixels;
+}
+
+}  // namespace
+
+FrontEndOptions read_front_end_options(ConfigSection& section) {
+  FrontEndOptions options;
+  section.read("tracks", options.tracks, 20, 1000);
+  section.read("sigma_px", options.sigma_px, 0.05, 10.0);
+  section.read("motion_px", options.motion_px, 0.2, 50.0);
+  section.read("window_px", options.flow.window_px, 5, 51);
+  section.read("levels", options.flow.levels, 2, 8);
+  section.read("return_px", options.flow.return_px, 0.05, 10.0);
+  section.read("columns", options.corners.columns, 1, 100);
+  section.read("rows", options.corners.rows, 1, 100);
+  section.read("min_distance_px", options.corners.min_distance_px, 1.0, 200.0);
+  section.read("min_response", options.corners.min_response, 0.0, 1.0);
+  section.read("nearest_m", options.stereo.nearest_m, 0.01, 100.0);
+  section.read("epipolar_px", options.stereo.epipolar_px, 0.1, 20.0);
+  if (options.flow.window_px % 2 == 0) {
+    throw_input_error("{}: {} is even; a window has a pixel in its middle", section.where("window_px"),
+                      options.flow.window_px);
+  }
+  return options;
+}
+
+StereoFrontEnd::StereoFrontEnd(const Rig& rig, const FrontEndOptions& options)
+    : camera_(rig.left.camera), options_(options) {
+  const int cells = options_.corners.columns * options_.corners.rows;
+  options_.corners.per_cell = (options_.tracks + cells - 1) / cells;
+  if (rig.right) matcher_.emplace(rig.left, *rig.right, options_.stereo);
+  motion_.threshold = options_.motion_px / camera_.fx;
+  motion_.nearest_m = options_.stereo.nearest_m;
+  if (matcher_) motion_.inverse_depth_sigma = 0.5 / (camera_.fx * matcher_->baseline_m());
+}
+
+const char* StereoFrontEnd::refuse(const StereoPictures& pictures) const {
+  if (pictures.width != camera_.width || pictures.height != camera_.height) return "size";
+  const auto pixels = static_cast<std::size_t>(camera_.width) * static_cast<std::size_t>(camera_.height);
+  if (pictures.left.size() != pixels) return "bytes";
+  if (!pictures.right.empty() && pictures.right.size() != pixels) return "bytes";
+  return nullptr;
+}
+
+FrontEndFrame StereoFrontEnd::process(const StereoPictures& pictures, const SO3& R_prev_cur) {
+  COVEY_CHECK(refuse(pictures) == nullptr);
+  FrontEndFrame frame;
+  const cv::Mat left_picture = wrap(pictures.left, pictures.width, pictures.height);
+  ImagePyramid left = build_pyramid(left_picture, options_.flow);
+  if (!left_.empty()) follow(left, R_prev_cur.inverse(), frame);
+  add_corners(left, frame);
+  frame.tracks.utime = pictures.utime;
+  for (const Track& track : tracks_) {
+    frame.tracks.tracks.push_back({track.id, track.m, std::nullopt, options_.sigma_px / camera_.fx});
+  }
+  if (matcher_ && !pictures.right.empty()) {
+    match_right(left, wrap(pictures.right, pictures.width, pictures.height), frame);
+  }
+  left_ = std::move(left);
+  return frame;
+}
+
+// tracks_ from the frame before to this one.
+void StereoFrontEnd::follow(const ImagePyramid& left, const SO3& R_cur_prev, FrontEndFrame& frame) {
+  std::vector<cv::Point2f> start;
+  for (const Track& track : tracks_) {
+    const auto expected = camera_.project(R_cur_prev * track.m.homogeneous());
+    start.push_back(expected ? to_cv(*expected) : track.pixel);
+  }
+  const auto found =
+      track_points(left_, left, pixels_of(tracks_), start, options_.flow.levels, options_.flow);
+  std::vector<Track> before;
+  std::vector<Track> now;
+  for (std::size_t i = 0; i < tracks_.size(); ++i) {
+    const auto m = found[i] ? camera_.undistort({found[i]->x, found[i]->y}) : std::nullopt;
+    if (!m) continue;
+    before.push_back(tracks_[i]);
+    now.push_back({tracks_[i].id, *found[i], *m, tracks_[i].inverse_depth});
+  }
+  frame.lost_flow = static_cast<int>(tracks_.size() - now.size());
+  tracks_ = std::move(now);
+  check_motion(before, R_cur_prev, frame);
+  thin_out();
+  frame.tracked = static_cast<int>(tracks_.size());
+}
+
+// Drops what moved otherwise than the scene, and takes the depths over into this frame.
+void StereoFrontEnd::check_motion(const std::vector<Track>& before, const SO3& R_cur_prev,
+                                  FrontEndFrame& frame) {
+  std::vector<TrackFlow> flows;
+  for (std::size_t i = 0; i < tracks_.size(); ++i) {
+    flows.push_back({before[i].m, tracks_[i].m, before[i].inverse_depth});
+  }
+  const auto motion = estimate_frame_motion(flows, R_cur_prev, motion_);
+  if (!motion) return;
+  std::vector<Track> kept;
+  for (std::size_t i = 0; i < tracks_.size(); ++i) {
+    if (!motion->inliers[i]) continue;
+    Track track = tracks_[i];
+    if (track.inverse_depth) {
+      const SE3& T = motion->T_cur_prev;
+      const double depth_ratio =
+          (T.rotation * before[i].m.homogeneous() + *track.inverse_depth * T.translation).z();
+      track.inverse_depth = depth_ratio > 0.0 ? *track.inverse_depth / depth_ratio : 0.0;
+    }
+    kept.push_back(track);
+  }
+  frame.lost_motion = static_cast<int>(tracks_.size() - kept.size());
+  tracks_ = std::move(kept);
+}
+
+// Two tracks on one spot say the same twice: the older one stays.
+void StereoFrontEnd::thin_out() {
+  const double closest = 0.5 * options_.corners.min_distance_px;
+  std::vector<Track> kept;
+  for (const Track& track : tracks_) {
+    const bool crowded = std::any_of(kept.begin(), kept.end(), [&](const Track& other) {
+      const cv::Point2f d = other.pixel - track.pixel;
+      return d.dot(d) < closest * closest;
+    });
+    if (!crowded) kept.push_back(track);
+  }
+  tracks_ = std::move(kept);
+}
+
+void StereoFrontEnd::add_corners(const ImagePyramid& left, FrontEndFrame& frame) {
+  for (const cv::Point2f& pixel : detect_corners(left.picture(0), pixels_of(tracks_), options_.corners)) {
+    if (static_cast<int>(tracks_.size()) >= options_.tracks) break;
+    const auto m = camera_.undistort({pixel.x, pixel.y});
+    if (!m) continue;
+    tracks_.push_back({next_id_++, pixel, *m, std::nullopt});
+    ++frame.detected;
+  }
+}
+
+void StereoFrontEnd::match_right(const ImagePyramid& left, const cv::Mat& right, FrontEndFrame& frame) {
+  std::vector<StereoQuery> queries;
+  for (const Track& track : tracks_) queries.push_back({track.pixel, track.m, track.inverse_depth});
+  const auto matches = matcher_->match(left, build_pyramid(right, options_.flow), queries, options_.flow);
+  for (std::size_t i = 0; i < matches.size(); ++i) {
+    if (!matches[i]) continue;
+    frame.tracks.tracks[i].right = matches[i]->m;
+    tracks_[i].inverse_depth = std::max(0.0, matches[i]->inverse_depth);
+    ++frame.matched;
+  }
+}
+
+}  // namespace covey

@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+// From stereo pictures to tracks. Per frame:
+//
+//   1. where a gyroscope says that the camera turned, the tracks of the frame before are looked for (optical_flow.h);
+//   2. tracks that do not move as the still scene does are given up (frame_motion.h), and the younger one of two that ran into each other;
+//   3. cells of the picture with too few tracks get new corners (corners.h);
+//   4. tracks are matched with the right picture, from the depth that they had or by a search (stereo_matcher.h).
+//
+// Pictures that show nothing (black, white, covered) end all tracks; the next ones begin new ones. Without a right picture tracks go on, and keep the depth
+// that they had for step 2. The same pictures and rotations give the same tracks.
+
+#include <opencv2/core.hpp>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "core/base/config.h"
+#include "core/geometry/rig.h"
+#include "core/vision/corners.h"
+#include "core/vision/frame_motion.h"
+#include "core/vision/optical_flow.h"
+#include "core/vision/stereo_matcher.h"
+#include "core/vision/tracks.h"
+
+namespace covey {
+
+struct FrontEndOptions {
+  int tracks = 180;        // at most
+  double sigma_px = 1.0;   // of an observation's coordinate
+  double motion_px = 2.0;  // farthest from where the still scene would be
+  FlowOptions flow;
+  CornerOptions corners;
+  StereoOptions stereo;
+};
+FrontEndOptions read_front_end_options(ConfigSection& section);
+
+// Row by row from the top; right may be empty.
+struct StereoPictures {
+  Utime utime = 0;
+  int width = 0;
+  int height = 0;
+  std::span<const std::uint8_t> left;
+  std::span<const std::uint8_t> right;
+};
+
+struct FrontEndFrame {
+  FrameTracks tracks;
+  int tracked = 0;      // from the frame before
+  int lost_flow = 0;    // not found again
+  int lost_motion = 0;  // moved otherwise than the scene
+  int detected = 0;
+  int matched = 0;  // with the right picture
+};
+
+class StereoFrontEnd {
+ public:
+  StereoFrontEnd(const Rig& rig, const FrontEndOptions& options);
+
+  // Why these pictures cannot be used: "size" (not the rig's), "bytes" (other than width height, right may be empty); else null.
+  const char* refuse(const StereoPictures& pictures) const;
+
+  // R_prev_cur: of the left camera since the frame before, as predicted; identity will do where nothing is known, for slow turns.
+  FrontEndFrame process(const StereoPictures& pictures, const SO3& R_prev_cur);
+
+ private:
+  struct Track {
+    std::int64_t id = 0;
+    cv::Point2f pixel;
+    Eigen::Vector2d m;                    // undistorted
+    std::optional<double> inverse_depth;  // in this frame's left camera
+  };
+
+  void follow(const ImagePyramid& left, const SO3& R_cur_prev, FrontEndFrame& frame);
+  void check_motion(const std::vector<Track>& before, const SO3& R_cur_prev, FrontEndFrame& frame);
+  void thin_out();
+  void add_corners(const ImagePyramid& left, FrontEndFrame& frame);
+  void match_right(const ImagePyramid& left, const cv::Mat& right, FrontEndFrame& frame);
+
+  PinholeCamera camera_;
+  FrontEndOptions options_;
+  FrameMotionOptions motion_;
+  std::optional<StereoMatcher> matcher_;
+  ImagePyramid left_;          // of the frame before
+  std::vector<Track> tracks_;  // by rising id
+  std::int64_t next_id_ = 0;
+};
+
+}  // namespace covey
