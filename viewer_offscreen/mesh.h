@@ -22,8 +22,8 @@ struct Mesh {
   std::vector<Eigen::Vector3f> vertices;            // metres
   std::vector<Rgb> colours;                         // one per vertex, or empty
   std::vector<std::uint16_t> labels;                // one per vertex, or empty
-  std::vector<TexturePoint> texture;                // one per vertex, or empty; not in PLY files
   std::vector<std::array<std::uint32_t, 3>> faces;  // indices of vertices
+  std::vector<TexturePoint> texture = {};           // one per vertex, or empty; not in PLY files
 };
 
 // Unit normals per vertex, each face weighing by its area; zero where a vertex has no face.

@@ -21,6 +21,14 @@ struct Paint {
 Paint scaled(const Paint& paint, double factor);
 Paint random_paint(Random& random, double darkest, double lightest);
 
+// A part of a texture, in texture coordinates; may go beyond [0, 1], where the texture repeats.
+struct Patch {
+  double u = 0.0;
+  double v = 0.0;
+  double width = 1.0;
+  double height = 1.0;
+};
+
 class Canvas {
  public:
   explicit Canvas(int side);  // texels, a power of two

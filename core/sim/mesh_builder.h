@@ -14,14 +14,6 @@
 
 namespace covey::sim {
 
-// A part of a texture, in texture coordinates; may go beyond [0, 1], where the texture repeats.
-struct Patch {
-  double u = 0.0;
-  double v = 0.0;
-  double width = 1.0;
-  double height = 1.0;
-};
-
 struct Material {
   int layer = 0;
   Label label = Label::kGround;

@@ -101,11 +101,9 @@ class Room {
   }
 
   Patch next_picture(int& layer) {
-    const int number = pictures_++ % (kPosterSheets * kPostersAcross * kPostersAcross);
+    const int number = pictures_++ % (kPosterSheets * kPostersOnSheet);
     layer = palette_.posters[static_cast<std::size_t>(number % kPosterSheets)];
-    const int cell = number / kPosterSheets;
-    const double size = 1.0 / kPostersAcross;
-    return {size * (cell % kPostersAcross), size * (cell / kPostersAcross), size, size};
+    return poster_patch(number / kPosterSheets);
   }
 
   // Two rows on every wall, 1 cm proud of it.

@@ -121,9 +121,10 @@ void poster(Canvas& canvas, Random& random, double x, double y, double size) {
       const int across = 3 + random.below(3);
       const double left = x + place(across * cell);
       const double top = y + place(across * cell);
-      for (int j = 0; j < across * across; ++j) {
-        if (random.chance(0.5))
-          canvas.rectangle(left + (j % across) * cell, top + (j / across) * cell, cell, cell, ink);
+      for (int row = 0; row < across; ++row) {
+        for (int column = 0; column < across; ++column) {
+          if (random.chance(0.5)) canvas.rectangle(left + column * cell, top + row * cell, cell, cell, ink);
+        }
       }
     }
   }
@@ -462,11 +463,18 @@ Canvas paint_facade(int side, Random& random, const Facade& facade) {
 
 Canvas paint_posters(int side, Random& random) {
   Canvas canvas(side);
-  for (int i = 0; i < kPostersAcross * kPostersAcross; ++i) {
-    poster(canvas, random, static_cast<double>(i % kPostersAcross) / kPostersAcross,
-           static_cast<double>(i / kPostersAcross) / kPostersAcross, 1.0 / kPostersAcross);
+  for (int i = 0; i < kPostersOnSheet; ++i) {
+    const Patch patch = poster_patch(i);
+    poster(canvas, random, patch.u, patch.v, patch.width);
   }
   return canvas;
+}
+
+Patch poster_patch(int number) {
+  constexpr int kAcross = 4;
+  constexpr double kSize = 1.0 / kAcross;
+  const int row = number / kAcross;
+  return {kSize * (number % kAcross), kSize * row, kSize, kSize};
 }
 
 }  // namespace covey::sim

@@ -34,8 +34,9 @@ struct Facade {
 };
 Canvas paint_facade(int side, Random& random, const Facade& facade);
 
-// kPostersAcross^2 pictures, all different.
-constexpr int kPostersAcross = 4;
+// A sheet of pictures, all different, and where on it number 0 ... kPostersOnSheet - 1 is.
+constexpr int kPostersOnSheet = 16;
 Canvas paint_posters(int side, Random& random);
+Patch poster_patch(int number);
 
 }  // namespace covey::sim

@@ -227,10 +227,8 @@ class Town {
   }
 
   void picture(const std::array<Vector3d, 4>& corners_W, Label label) {
-    const int number = pictures_++ % (kPosterSheets * kPostersAcross * kPostersAcross);
-    const int cell = number / kPosterSheets;
-    const double size = 1.0 / kPostersAcross;
-    builder_.quad(corners_W, {size * (cell % kPostersAcross), size * (cell / kPostersAcross), size, size},
+    const int number = pictures_++ % (kPosterSheets * kPostersOnSheet);
+    builder_.quad(corners_W, poster_patch(number / kPosterSheets),
                   {palette_.posters[static_cast<std::size_t>(number % kPosterSheets)], label, 1.0, tint()});
   }
 
