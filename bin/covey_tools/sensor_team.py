@@ -32,7 +32,8 @@ class SensorTeam(Team):
     def take(self, status, now_s):
         super().take(status, now_s)
         said = self.said(status.process, status.robot)
-        standing = (said.phase, said.restarts, said.gauge("round"), said.gauge("vertices"), said.total("out/MESH"))
+        standing = (said.phase, said.restarts, *(said.gauge(name) for name in ("round", "solved_round", "blocks_pending")),
+                    said.total("out/MESH"))
         if self._standing.get((status.process, status.robot)) != standing:
             self._standing[(status.process, status.robot)] = standing
             self._changed_s = now_s
@@ -84,22 +85,22 @@ class SensorTeam(Team):
                   (dpgo.gauge("robots") >= team, f"{dpgo.gauge('robots')} of {team} robots in its last round"),
                   (dpgo.phase == "idle", f"dpgo is {dpgo.phase}"),
                   (lcd.phase == "idle", f"lcd is {lcd.phase}"),
-                  (lmo.gauge("round") >= dpgo.gauge("round"),
-                   f"lmo has the mesh of round {lmo.gauge('round')}, and the last round is {dpgo.gauge('round')}"))
+                  (lmo.gauge("solved_round") == dpgo.gauge("round"),
+                   f"lmo has the mesh of round {lmo.gauge('solved_round')}, and the last round is {dpgo.gauge('round')}"),
+                  (lmo.phase == "idle", f"lmo is {lmo.phase}"))
         return [f"robot {robot.id}: {sentence}" for good, sentence in checks if not good]
 
     def rows(self):
         lines = ["robot  frames  lost  keyframes  loops     solved   kept  round  team  vertices  "
                  "vio       lcd       dpgo      lmo"]
         for robot in self.robots:
-            vio, lcd, dpgo, mesher, lmo = (self.said(process, robot.id)
-                                           for process in ("vio", "lcd", "dpgo", "mesher", "lmo"))
+            vio, lcd, dpgo, lmo = (self.said(process, robot.id) for process in ("vio", "lcd", "dpgo", "lmo"))
             solved = f"{dpgo.gauge('solved_keyframes')}+{dpgo.gauge('solved_loops')}"
             phases = "  ".join(f"{each.phase or '-':8}" for each in (vio, lcd, dpgo, lmo))
             lines.append(f"{robot.id:5}  {vio.total('in/STEREO'):6}  {frames_dropped(vio):4}  "
                          f"{self.keyframes(robot.id):9}  {self.loops(robot.id):5}  {solved:>9}  "
                          f"{dpgo.gauge('kept_loops'):5}  {dpgo.gauge('round'):5}  {dpgo.gauge('robots'):4}  "
-                         f"{mesher.gauge('vertices'):8}  {phases.rstrip()}")
+                         f"{lmo.gauge('vertices'):8}  {phases.rstrip()}")
         return lines
 
 

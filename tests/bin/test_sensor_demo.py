@@ -141,7 +141,7 @@ class SensorTeamTest(unittest.TestCase):
         for process in ("radio_bridge", "mesher", "lcd"):
             self.say(process, robot)
         self.say("dpgo", robot, gauges={"solved_keyframes": keyframes, "loops": 0, "robots": 2, "round": 4})
-        self.say("lmo", robot, gauges={"round": 4})
+        self.say("lmo", robot, gauges={"solved_round": 4})
         for source in (f"sensors-{robot}", f"depth-{robot}"):
             self.team.event(source, "exited with 0", self.now_s)
 
@@ -158,7 +158,8 @@ class SensorTeamTest(unittest.TestCase):
     def test_what_is_missing_is_said(self):
         self.work(0)
         for sentence, undo in (
-                ("robot 1: lmo has the mesh of round 3, and the last round is 4", {"lmo": {"gauges": {"round": 3}}}),
+                ("robot 1: lmo has the mesh of round 3, and the last round is 4", {"lmo": {"gauges": {"round": 4, "solved_round": 3}}}),
+                ("robot 1: lmo is solving", {"lmo": {"phase": "solving", "gauges": {"solved_round": 4}}}),
                 ("robot 1: lcd is verifying", {"lcd": {"phase": "verifying"}}),
                 ("robot 1: dpgo is round", {"dpgo": {"phase": "round", "gauges": {
                     "solved_keyframes": 3, "robots": 2, "round": 4}}}),
