@@ -106,3 +106,33 @@ def _xy(way):
 def _save(figure, path):
     figure.savefig(path, bbox_inches="tight")
     plt.close(figure)
+
+
+def camera_views(path, left, depth_m, labels, names):
+    """Left image, depth and, where there are any, labels side by side; names: label -> word."""
+    panels = 2 if labels is None else 3
+    figure, axes = plt.subplots(1, panels, figsize=(4.6 * panels, 3.4))
+    axes[0].imshow(left, cmap="gray", vmin=0, vmax=255)
+    axes[0].set_title("left camera", fontsize=10, loc="left")
+    shown = axes[1].imshow(depth_m, cmap="viridis")
+    axes[1].set_title("depth (m)", fontsize=10, loc="left")
+    figure.colorbar(shown, ax=axes[1], fraction=0.03)
+    if labels is not None:
+        _draw_labels(axes[2], labels, names)
+    for axis in axes:
+        axis.set_xticks([])
+        axis.set_yticks([])
+        axis.grid(visible=False)
+    figure.tight_layout()
+    _save(figure, path)
+
+
+def _draw_labels(axis, labels, names):
+    palette = plt.get_cmap("tab20")
+    picture = palette(labels % 20)
+    picture[labels == 255] = (1.0, 1.0, 1.0, 1.0)  # unknown
+    axis.imshow(picture)
+    axis.set_title("labels", fontsize=10, loc="left")
+    for label in sorted({int(each) for each in labels.flat} - {255}):
+        axis.plot([], [], "s", color=palette(label % 20), label=names.get(label, str(label)))
+    axis.legend(loc="upper center", bbox_to_anchor=(0.5, -0.02), ncol=4, frameon=False, fontsize=8)

@@ -10,7 +10,7 @@ import tempfile
 
 import numpy
 
-from covey_tools import evaluation, figures, motion, ply, programs
+from covey_tools import evaluation, figures, motion, ply, programs, sensor_view
 
 _PLAN = "Seen from above. Lines join the two ends of loop closures: green kept, red rejected."
 _TITLES = {"before": "Before: each robot's odometry by itself", "after": "After: the team's solution"}
@@ -33,6 +33,10 @@ def draw(run, facts, results):
             shown.append((f"{scene.name}_oblique.png", _TITLES[scene.name]))
         if os.path.exists(run.file("mesh", "merged.ply")):
             shown += _draw_meshes(run, work, T_picture_W)
+    if run.recording:
+        sensor_view.draw(run.file("snapshots", "cameras.png"), run.recording.log(0), run.world.seconds / 2,
+                         run.recording.truth("labels.json"))
+        shown.append(("cameras.png", "What robot 0 saw halfway."))
     costs = [(each["s"], each["cost"]) for each in facts["team"].get("cost_by_round", [])]
     if costs:
         figures.cost_by_round(run.file("snapshots", "cost.png"), costs, facts["team"].get("cost_centralized"))
