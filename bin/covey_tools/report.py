@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from covey_tools import contract, evaluation, meshes, motion, pictures, places
 from covey_tools.errors import Failure, InputError
 from covey_tools.results import GraphResults, SensorResults
-from covey_tools.sensor_team import frames_dropped
+from covey_tools.sensor_team import frames, frames_dropped
 from covey_tools.team_run import Outcome
 from covey_tools.worlds import World
 
@@ -124,7 +124,7 @@ def _measure_frames(facts, run):
     """Image sets and the time that vio took for each, by its own word; a killed vio takes its last second along."""
     for robot in facts["robots"]:
         vio = run.outcome.team.said("vio", robot["id"])
-        robot["frames"] = vio.total("in/STEREO") + vio.total("lost/STEREO")
+        robot["frames"] = frames(vio)
         robot["frames_dropped"] = frames_dropped(vio)
         robot["vio_ms_mean"] = vio.gauges.get("frame_ms_mean")
         robot["vio_ms_p99"] = vio.gauges.get("frame_ms_p99")

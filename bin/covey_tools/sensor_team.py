@@ -97,16 +97,24 @@ class SensorTeam(Team):
             vio, lcd, dpgo, lmo = (self.said(process, robot.id) for process in ("vio", "lcd", "dpgo", "lmo"))
             solved = f"{dpgo.gauge('solved_keyframes')}+{dpgo.gauge('solved_loops')}"
             phases = "  ".join(f"{each.phase or '-':8}" for each in (vio, lcd, dpgo, lmo))
-            lines.append(f"{robot.id:5}  {vio.total('in/STEREO'):6}  {frames_dropped(vio):4}  "
+            lines.append(f"{robot.id:5}  {frames(vio):6}  {frames_dropped(vio):4}  "
                          f"{self.keyframes(robot.id):9}  {self.loops(robot.id):5}  {solved:>9}  "
                          f"{dpgo.gauge('kept_loops'):5}  {dpgo.gauge('round'):5}  {dpgo.gauge('robots'):4}  "
                          f"{lmo.gauge('vertices'):8}  {phases.rstrip()}")
         return lines
 
 
+def frames(vio):
+    """Image sets that vio knows of: that were handed to it, or lost or refused before."""
+    return sum(vio.total(f"{name}/STEREO") for name in ("in", "lost")) + sum(
+        vio.total(f"dropped/STEREO/{reason}") for reason in ("queue_full", "undecodable"))
+
+
 def frames_dropped(vio):
-    """Of the image sets that vio knows of, those that it did not use: lost on the bus, refused, or overtaken."""
-    return sum(vio.total(name) for name in vio.names() if name == "lost/STEREO" or name.startswith("dropped/STEREO/"))
+    """Of these, what vio did not use. Single bands of a set that are refused stand among the sets that are lost."""
+    bands = {f"dropped/STEREO/{reason}" for reason in ("impossible", "duplicate", "old")}
+    return vio.total("lost/STEREO") + sum(vio.total(name) for name in vio.names()
+                                          if name.startswith("dropped/STEREO/") and name not in bands)
 
 
 def _name_of(channel, payload):

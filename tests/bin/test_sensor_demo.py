@@ -137,7 +137,9 @@ class SensorTeamTest(unittest.TestCase):
         """Everything that a robot has to say when it is done."""
         for number in range(keyframes):
             self.team.hear(robot, "KEYFRAME", keyframe(robot, 7, number).encode(), self.now_s)
-        self.say("vio", robot, phase="running", counters={"in/STEREO": 100, "lost/STEREO": 2, "dropped/STEREO/late": 1})
+        self.say("vio", robot, phase="running", counters={
+            "in/STEREO": 100, "lost/STEREO": 2, "dropped/STEREO/late": 1, "dropped/STEREO/queue_full": 4,
+            "dropped/STEREO/old": 50})
         for process in ("radio_bridge", "mesher", "lcd"):
             self.say(process, robot)
         self.say("dpgo", robot, gauges={"solved_keyframes": keyframes, "loops": 0, "robots": 2, "round": 4})
@@ -195,7 +197,7 @@ class SensorTeamTest(unittest.TestCase):
         self.work(1)
         lines = self.team.rows()
         self.assertEqual(len(lines), 3)
-        self.assertRegex(lines[2], r"^ +1 +100 +3 +3 +0 +3\+0 ")
+        self.assertRegex(lines[2], r"^ +1 +106 +7 +3 +0 +3\+0 ")
 
 
 def turned(yaw, x, y, z=0.0):
