@@ -125,6 +125,8 @@ Deformation::Deformation(const MeasuredMesh& mesh, std::vector<PlacedKeyframe> k
 }
 
 Deformation::~Deformation() = default;
+Deformation::Deformation(Deformation&&) noexcept = default;
+Deformation& Deformation::operator=(Deformation&&) noexcept = default;
 
 bool Deformation::step() {
   if (impl_->over) return false;

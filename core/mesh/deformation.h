@@ -48,6 +48,8 @@ class Deformation {
   Deformation(const MeasuredMesh& mesh, std::vector<PlacedKeyframe> keyframes,
               const DeformationOptions& options = {});
   ~Deformation();
+  Deformation(Deformation&&) noexcept;
+  Deformation& operator=(Deformation&&) noexcept;
 
   // One step of Levenberg-Marquardt; false when it is over. A long optimisation can so be cut into pieces.
   bool step();

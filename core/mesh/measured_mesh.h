@@ -20,6 +20,7 @@ using Face = std::array<std::uint32_t, 3>;  // vertices, counter-clockwise seen 
 struct PlacedKeyframe {
   Utime utime = 0;
   Utime segment = 0;  // whose O it is in; O is another frame in every segment
+  std::int32_t id = 0;
   SE3 T_O_K;
   SE3 T_W_K;
 

@@ -38,7 +38,7 @@ inline void add_passage(Corridor& corridor, const Drift& drift, const CorridorOp
   for (int k = 0; k < keyframes; ++k) {
     const double seconds = options.start_s + keyframe_seconds(k);
     const SE3 T_W_K{SO3{}, {0.5 * k, 1.5, 1.0}};
-    corridor.keyframes.push_back({from_seconds(seconds), options.segment, drift(seconds) * T_W_K, T_W_K});
+    corridor.keyframes.push_back({from_seconds(seconds), options.segment, k, drift(seconds) * T_W_K, T_W_K});
   }
   const int along = static_cast<int>(options.length_m / options.step_m);
   const std::vector<std::array<double, 2>> profile =
