@@ -23,6 +23,8 @@ namespace {
 
 EglContext::EglContext() {
   setenv("LIBGL_ALWAYS_SOFTWARE", "1", /*overwrite=*/0);
+  // llvmpipe draws in this thread: a process is to fill one core, not all.
+  setenv("LP_NUM_THREADS", "0", /*overwrite=*/0);
   // The display is shared by all contexts of the process and stays initialised: to terminate it would take
   // the others with it.
   display_ = eglGetPlatformDisplay(EGL_PLATFORM_SURFACELESS_MESA, nullptr, nullptr);

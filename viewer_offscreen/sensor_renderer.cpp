@@ -37,7 +37,7 @@ flat in float page;
 flat in float light;
 uniform sampler2DArray surfaces;
 out float pixel;
-void main() { pixel = light * texture(surfaces, vec3(place, page), -0.4).r; }
+void main() { pixel = light * texture(surfaces, vec3(place, page)).r; }
 )";
 
 constexpr const char* kMeasureVertex = R"(#version 320 es

@@ -83,6 +83,7 @@ class Town {
     lay_ground();
     place_blocks();
     place_street_furniture();
+    close_streets();
     return std::move(builder_.world());
   }
 
@@ -366,6 +367,34 @@ class Town {
           pole(foot);
         } else if (random_.chance(0.5)) {
           tree(foot, 0.7);
+        }
+      }
+    }
+  }
+
+  // The streets lead out of the town as far as a hoarding with trees behind it: every view ends in something near.
+  void close_streets() {
+    const Material wood = material(palette_.planks, Label::kFence, 1.8);
+    const double height = 2.4;
+    for (int street = 0; street <= options_.blocks; ++street) {
+      for (int end = 0; end < 4; ++end) {
+        // Looking outwards from the town's middle: y ahead.
+        const Vector2d middle(0.5 * reach_, 0.5 * reach_);
+        const double across = street * options_.block_m - 0.5 * reach_;
+        const Isometry3d T_W_E = placed(middle, 0.5 * std::numbers::pi * end) *
+                                 Eigen::Translation3d(across, 0.5 * reach_ + kOutside - 4.5, 0.0);
+        builder_.box(T_W_E, {-kPlot, 0.0, 0.0}, {kPlot, 0.06, height}, wood, wood);
+        for (double x = -kPlot + 0.5; x < kPlot - 1.3; x += random_.uniform(1.5, 2.6)) {
+          const double width = random_.uniform(0.8, 1.2);
+          const double bottom = random_.uniform(0.4, 1.0);
+          const auto at = [&](double right, double up) {
+            return Vector3d(T_W_E * Vector3d(x + right, -0.02, bottom + up));
+          };
+          picture({at(0, width), at(0, 0), at(width, 0), at(width, width)}, Label::kFence);
+        }
+        for (const double x : {-2.6, 0.3, 2.9}) {
+          const Vector3d foot = T_W_E * Vector3d(x + random_.uniform(-0.4, 0.4), 1.8, 0.0);
+          tree(foot.head<2>(), random_.uniform(1.1, 1.6));
         }
       }
     }
