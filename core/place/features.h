@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+// What is kept of a keyframe's images to find and measure a loop closure: points of the left camera with their descriptors and,
+// where stereo, a depth camera or anything else gave one, their depth. Element k of each vector belongs to point k.
+
+#include <Eigen/Geometry>
+#include <vector>
+
+#include "core/geometry/se3.h"
+#include "core/place/descriptor.h"
+
+namespace covey::place {
+
+struct FrameFeatures {
+  std::vector<Eigen::Vector3f> bearings_C;  // unit vectors, z > 0
+  std::vector<float> depths_m;              // along the optical axis; 0: unknown
+  std::vector<Descriptor> descriptors;
+  SE3 T_B_C;  // left camera in the body
+
+  std::size_t size() const { return descriptors.size(); }
+  bool has_depth(std::size_t k) const { return depths_m[k] > 0.0F; }
+  // On the plane z = 1.
+  Eigen::Vector2d direction(std::size_t k) const {
+    return bearings_C[k].cast<double>().hnormalized();
+  }
+  Eigen::Vector3d point_C(std::size_t k) const {
+    return static_cast<double>(depths_m[k]) * Eigen::Vector3d(direction(k).homogeneous());
+  }
+};
+
+}  // namespace covey::place

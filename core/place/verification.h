@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+// Geometric verification: are two keyframes of the same place, and where were they to each other? Section V of the paper:
+//
+//   descriptors matched (nearest neighbours with ratio test)
+//   -> Nister's five points in RANSAC on the bearings: matches that no camera motion explains are left out
+//   -> three points in RANSAC: the pose in metres. P3P (Kneip, CVPR 2011) on points with depth in one camera and bearings in the
+//      other, instead of Arun's on points with depth in both: it needs no second depth, and no depth error enters twice
+//   -> refinement with all views and depths of both cameras (pose_refinement.h), which gives the covariance
+//
+// Both RANSACs are OpenGV's, with a fixed seed: the same features give the same result.
+
+#include <cstddef>
+
+#include "core/place/descriptor_matcher.h"
+#include "core/place/features.h"
+#include "core/place/pose_refinement.h"
+
+namespace covey::place {
+
+struct VerificationOptions {
+  MatchOptions match;
+  ViewNoise noise;
+  double ransac_direction = 0.0065;  // a view this far off (on the plane z = 1) is no inlier: 3 px / focal
+  int five_point_iterations = 150;
+  int three_point_iterations = 300;
+  int least_inliers = 15;        // at every step, and in the end
+  double least_share = 0.3;      // of the matches
+  double least_spread = 0.08;    // std dev of the inliers' directions, in both images, along their shorter axis
+  double most_sigma_m = 0.3;     // of the pose: worse is not worth having
+  double most_sigma_deg = 3.0;
+  double most_distance_m = 10.0;  // between the cameras: beyond that descriptors are not the same any more
+  double floor_m = 0.03;          // added to the covariance: calibration, chained odometry, and what RANSAC lets pass
+  double floor_deg = 0.3;
+};
+
+struct Verification {
+  int matches = 0;
+  int five_point = 0;
+  int three_point = 0;
+  int inliers = 0;
+  const char* refused = nullptr;  // "matches", "five_point", "three_point", "inliers", "share", "spread", "sigma", "distance"
+  SE3 T_A_B;                      // of the bodies; where not refused
+  Matrix6d covariance = Matrix6d::Zero();  // [rho; phi] in B
+};
+
+Verification verify(const FrameFeatures& a, const FrameFeatures& b, const VerificationOptions& options = {});
+
+}  // namespace covey::place
