@@ -23,14 +23,17 @@ std::vector<PlaceDatabase::Hit> PlaceDatabase::query(const BagOfWords& bag, doub
     const auto word = static_cast<std::size_t>(bag.words[k]);
     if (word >= index_.size()) continue;
     for (const Posting& posting : index_[word]) {
-      sums[static_cast<std::size_t>(posting.entry)] += static_cast<double>(std::min(bag.weights[k], posting.weight));
+      sums[static_cast<std::size_t>(posting.entry)] +=
+          static_cast<double>(std::min(bag.weights[k], posting.weight));
     }
   }
   std::vector<Hit> hits;
   for (std::size_t entry = 0; entry < sums.size(); ++entry) {
-    if (sums[entry] > 0.0 && sums[entry] >= least_similarity) hits.push_back({static_cast<int>(entry), sums[entry]});
+    if (sums[entry] > 0.0 && sums[entry] >= least_similarity)
+      hits.push_back({static_cast<int>(entry), sums[entry]});
   }
-  std::stable_sort(hits.begin(), hits.end(), [](const Hit& a, const Hit& b) { return a.similarity > b.similarity; });
+  std::stable_sort(hits.begin(), hits.end(),
+                   [](const Hit& a, const Hit& b) { return a.similarity > b.similarity; });
   return hits;
 }
 

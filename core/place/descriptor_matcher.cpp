@@ -14,7 +14,8 @@ cv::Mat as_matrix(const std::vector<Descriptor>& descriptors) {
 
 }  // namespace
 
-std::vector<std::pair<int, int>> match_descriptors(const std::vector<Descriptor>& a, const std::vector<Descriptor>& b,
+std::vector<std::pair<int, int>> match_descriptors(const std::vector<Descriptor>& a,
+                                                   const std::vector<Descriptor>& b,
                                                    const MatchOptions& options) {
   std::vector<std::pair<int, int>> matches;
   if (a.size() < 2 || b.size() < 2) return matches;

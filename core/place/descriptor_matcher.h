@@ -12,12 +12,13 @@
 namespace covey::place {
 
 struct MatchOptions {
-  double ratio = 0.8;     // of the distances to the nearest and the second nearest, at most
-  int most_distance = 64; // bits
+  double ratio = 0.8;      // of the distances to the nearest and the second nearest, at most
+  int most_distance = 64;  // bits
 };
 
 // Pairs of indices (a, b), ascending in a; each index at most once.
-std::vector<std::pair<int, int>> match_descriptors(const std::vector<Descriptor>& a, const std::vector<Descriptor>& b,
+std::vector<std::pair<int, int>> match_descriptors(const std::vector<Descriptor>& a,
+                                                   const std::vector<Descriptor>& b,
                                                    const MatchOptions& options = {});
 
 }  // namespace covey::place

@@ -21,10 +21,8 @@ struct FrameFeatures {
   std::size_t size() const { return descriptors.size(); }
   bool has_depth(std::size_t k) const { return depths_m[k] > 0.0F; }
   // On the plane z = 1.
-  Eigen::Vector2d direction(std::size_t k) const {
-    return bearings_C[k].cast<double>().hnormalized();
-  }
-  Eigen::Vector3d point_C(std::size_t k) const {
+  Eigen::Vector2d direction(std::size_t k) const { return bearings_C[k].cast<double>().hnormalized(); }
+  Eigen::Vector3d point(std::size_t k) const {
     return static_cast<double>(depths_m[k]) * Eigen::Vector3d(direction(k).homogeneous());
   }
 };

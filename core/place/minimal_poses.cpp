@@ -26,10 +26,12 @@ Eigen::Vector3d bearing(const FrameFeatures& features, int k) {
 }
 
 template <typename Problem>
-PoseHypothesis ransac(std::shared_ptr<Problem> problem, const Pairs& pairs, double threshold, int iterations) {
+PoseHypothesis ransac(std::shared_ptr<Problem> problem, const Pairs& pairs, double threshold,
+                      int iterations) {
+  PoseHypothesis hypothesis;
+  if (static_cast<int>(pairs.size()) < problem->getSampleSize()) return hypothesis;
   opengv::sac::Ransac<Problem> ransac(iterations, threshold, kProbability);
   ransac.sac_model_ = std::move(problem);
-  PoseHypothesis hypothesis;
   if (!ransac.computeModel()) return hypothesis;
   for (const int k : ransac.inliers_) hypothesis.agreeing.push_back(pairs[static_cast<std::size_t>(k)]);
   Eigen::Matrix4d T_C_D = Eigen::Matrix4d::Identity();
@@ -40,8 +42,8 @@ PoseHypothesis ransac(std::shared_ptr<Problem> problem, const Pairs& pairs, doub
 
 }  // namespace
 
-PoseHypothesis five_point_ransac(const FrameFeatures& c, const FrameFeatures& d, const Pairs& pairs, double direction,
-                                 int iterations) {
+PoseHypothesis five_point_ransac(const FrameFeatures& c, const FrameFeatures& d, const Pairs& pairs,
+                                 double direction, int iterations) {
   opengv::bearingVectors_t in_c;
   opengv::bearingVectors_t in_d;
   for (const auto& [i, j] : pairs) {
@@ -54,14 +56,14 @@ PoseHypothesis five_point_ransac(const FrameFeatures& c, const FrameFeatures& d,
                 2.0 * one_minus_cos(direction), iterations);
 }
 
-PoseHypothesis three_point_ransac(const FrameFeatures& c, const FrameFeatures& d, const Pairs& pairs, double direction,
-                                  int iterations) {
+PoseHypothesis three_point_ransac(const FrameFeatures& c, const FrameFeatures& d, const Pairs& pairs,
+                                  double direction, int iterations) {
   opengv::bearingVectors_t in_d;
   opengv::points_t points_C;
   Pairs measured;
   for (const auto& [i, j] : pairs) {
     if (!c.has_depth(static_cast<std::size_t>(i))) continue;
-    points_C.push_back(c.point_C(static_cast<std::size_t>(i)));
+    points_C.push_back(c.point(static_cast<std::size_t>(i)));
     in_d.push_back(bearing(d, j));
     measured.emplace_back(i, j);
   }

@@ -19,11 +19,11 @@ struct PoseHypothesis {
 
 // Directions only, so that T_C_D is known but for the length of its translation. `direction`: how far an inlier's views may
 // be off on the plane z = 1.
-PoseHypothesis five_point_ransac(const FrameFeatures& c, const FrameFeatures& d, const Pairs& pairs, double direction,
-                                 int iterations);
+PoseHypothesis five_point_ransac(const FrameFeatures& c, const FrameFeatures& d, const Pairs& pairs,
+                                 double direction, int iterations);
 
 // Of those pairs with a depth in c: the pose of d in metres.
-PoseHypothesis three_point_ransac(const FrameFeatures& c, const FrameFeatures& d, const Pairs& pairs, double direction,
-                                  int iterations);
+PoseHypothesis three_point_ransac(const FrameFeatures& c, const FrameFeatures& d, const Pairs& pairs,
+                                  double direction, int iterations);
 
 }  // namespace covey::place

@@ -7,7 +7,7 @@
 namespace covey::place {
 namespace {
 
-constexpr int kSurplus = 4;  // corners detected for each that is kept
+constexpr int kSurplus = 10;  // corners detected for each that is kept
 
 // Strongest first, equal ones by place: the detector's order is not promised.
 bool goes_before(const cv::KeyPoint& a, const cv::KeyPoint& b) {
@@ -18,12 +18,15 @@ bool goes_before(const cv::KeyPoint& a, const cv::KeyPoint& b) {
 }
 
 // Round after round each cell gives its next strongest, until there are enough.
-std::vector<cv::KeyPoint> spread(std::vector<cv::KeyPoint> corners, cv::Size size, const OrbOptions& options) {
+std::vector<cv::KeyPoint> spread(std::vector<cv::KeyPoint> corners, cv::Size size,
+                                 const OrbOptions& options) {
   std::sort(corners.begin(), corners.end(), goes_before);
   std::vector<std::vector<cv::KeyPoint>> cells(static_cast<std::size_t>(options.columns * options.rows));
   for (const cv::KeyPoint& corner : corners) {
-    const int column = std::clamp(static_cast<int>(corner.pt.x * options.columns / size.width), 0, options.columns - 1);
-    const int row = std::clamp(static_cast<int>(corner.pt.y * options.rows / size.height), 0, options.rows - 1);
+    const int column =
+        std::clamp(static_cast<int>(corner.pt.x * options.columns / size.width), 0, options.columns - 1);
+    const int row =
+        std::clamp(static_cast<int>(corner.pt.y * options.rows / size.height), 0, options.rows - 1);
     cells[static_cast<std::size_t>(row * options.columns + column)].push_back(corner);
   }
   const std::size_t wanted = std::min(corners.size(), static_cast<std::size_t>(options.features));
@@ -40,8 +43,8 @@ std::vector<cv::KeyPoint> spread(std::vector<cv::KeyPoint> corners, cv::Size siz
 
 OrbFeatures detect_orb(const cv::Mat& image, const OrbOptions& options, const cv::Mat& mask) {
   const auto orb =
-      cv::ORB::create(kSurplus * options.features, static_cast<float>(options.scale), options.levels, 31, 0, 2,
-                      cv::ORB::HARRIS_SCORE, 31, options.fast_threshold);
+      cv::ORB::create(kSurplus * options.features, static_cast<float>(options.scale), options.levels, 31, 0,
+                      2, cv::ORB::HARRIS_SCORE, 31, options.fast_threshold);
   std::vector<cv::KeyPoint> corners;
   orb->detect(image, corners, mask);
   corners = spread(std::move(corners), image.size(), options);

@@ -17,7 +17,7 @@ struct OrbOptions {
   int rows = 6;
   double scale = 1.2;  // from one level of the pyramid to the next
   int levels = 8;
-  int fast_threshold = 10;
+  int fast_threshold = 15;
 };
 
 struct OrbFeatures {

@@ -2,6 +2,8 @@
 #include "core/place/pose_refinement.h"
 
 #include <Eigen/Geometry>
+#include <array>
+#include <utility>
 
 #include "core/graph/graph.h"
 #include "core/graph/marginal.h"
@@ -57,15 +59,16 @@ struct Problem {
   std::vector<std::array<graph::FactorId, 2>> factors;  // of each pair
 };
 
-Problem make_problem(const FrameFeatures& c, const FrameFeatures& d, const std::vector<std::pair<int, int>>& pairs,
-                     const SE3& T_C_D, const ViewNoise& noise) {
+Problem make_problem(const FrameFeatures& c, const FrameFeatures& d,
+                     const std::vector<std::pair<int, int>>& pairs, const SE3& T_C_D,
+                     const ViewNoise& noise) {
   Problem problem;
   problem.values.set(kPose, T_C_D);
   for (std::size_t k = 0; k < pairs.size(); ++k) {
     const auto i = static_cast<std::size_t>(pairs[k].first);
     const auto j = static_cast<std::size_t>(pairs[k].second);
     const graph::Key point = point_key(k);
-    const Eigen::Vector3d p_C = c.has_depth(i) ? c.point_C(i) : Eigen::Vector3d(T_C_D * d.point_C(j));
+    const Eigen::Vector3d p_C = c.has_depth(i) ? c.point(i) : Eigen::Vector3d(T_C_D * d.point(j));
     problem.values.set(point, graph::Vector<3>(p_C));
     graph::Graph& graph = problem.graph;
     const graph::FactorId own =
@@ -85,16 +88,29 @@ bool fits(const Problem& problem, std::size_t k) {
   const auto T_C_D = problem.values.get<SE3>(kPose);
   if (!(p_C.z() > kNearest) || !((T_C_D.inverse() * p_C).z() > kNearest)) return false;
   double squared = 0.0;
-  for (const graph::FactorId id : problem.factors[k]) squared += squared_residual(problem.graph.factor(id), problem.values);
+  for (const graph::FactorId id : problem.factors[k])
+    squared += squared_residual(problem.graph.factor(id), problem.values);
   return squared < kFits;
 }
 
+// How far off a view of p is, on the plane z = 1; a lot where it is not in front.
+double off(const Eigen::Vector3d& p, const FrameFeatures& features, std::size_t k) {
+  constexpr double kFar = 1e3;
+  return p.z() > kNearest ? (p.hnormalized() - features.direction(k)).norm() : kFar;
+}
+
 // Some depth must be known, or the pair says nothing of the distance.
-std::vector<std::pair<int, int>> with_depth(const FrameFeatures& c, const FrameFeatures& d,
-                                            const std::vector<std::pair<int, int>>& pairs) {
+std::vector<std::pair<int, int>> pairs_near(const FrameFeatures& c, const FrameFeatures& d,
+                                            const std::vector<std::pair<int, int>>& pairs, const SE3& T_C_D,
+                                            double gather) {
   std::vector<std::pair<int, int>> kept;
-  for (const auto& [i, j] : pairs) {
-    if (c.has_depth(static_cast<std::size_t>(i)) || d.has_depth(static_cast<std::size_t>(j))) kept.emplace_back(i, j);
+  const SE3 T_D_C = T_C_D.inverse();
+  for (const auto& pair : pairs) {
+    const auto i = static_cast<std::size_t>(pair.first);
+    const auto j = static_cast<std::size_t>(pair.second);
+    const bool forth = c.has_depth(i) && off(T_D_C * c.point(i), d, j) < gather;
+    const bool back = d.has_depth(j) && off(T_C_D * d.point(j), c, i) < gather;
+    if (forth || back) kept.push_back(pair);
   }
   return kept;
 }
@@ -112,7 +128,8 @@ auto OwnView<kDimension>::evaluate(const Eigen::Vector3d& p_C, Eigen::Matrix<dou
 }
 
 template <int kDimension>
-auto OtherView<kDimension>::evaluate(const SE3& T_C_D, const Eigen::Vector3d& p_C, Eigen::Matrix<double, kDim, 6>* J_T,
+auto OtherView<kDimension>::evaluate(const SE3& T_C_D, const Eigen::Vector3d& p_C,
+                                     Eigen::Matrix<double, kDim, 6>* J_T,
                                      Eigen::Matrix<double, kDim, 3>* J_p) const -> graph::Vector<kDim> {
   const Eigen::Vector3d p_D = T_C_D.inverse() * p_C;
   if (!(p_D.z() > kNearest)) {
@@ -140,9 +157,9 @@ template struct OtherView<3>;
 
 std::optional<RefinedPose> refine_pose(const FrameFeatures& c, const FrameFeatures& d,
                                        const std::vector<std::pair<int, int>>& pairs, const SE3& T_C_D,
-                                       const ViewNoise& noise) {
-  RefinedPose refined{T_C_D, Matrix6d::Zero(), with_depth(c, d, pairs)};
-  constexpr int kRounds = 3;
+                                       const ViewNoise& noise, double gather) {
+  RefinedPose refined{T_C_D, Matrix6d::Zero(), pairs_near(c, d, pairs, T_C_D, gather)};
+  constexpr int kRounds = 4;
   for (int round = 0; round < kRounds; ++round) {
     if (refined.agreeing.size() < kFewest) return std::nullopt;
     Problem problem = make_problem(c, d, refined.agreeing, refined.T_C_D, noise);

@@ -16,7 +16,7 @@
 namespace covey::place {
 
 struct ViewNoise {
-  double direction = 0.003;     // std dev on the plane z = 1: px / focal
+  double direction = 0.003;      // std dev on the plane z = 1: px / focal
   double inverse_depth = 0.006;  // std dev, 1 / m: px / (focal * baseline)
 };
 
@@ -35,19 +35,22 @@ struct OtherView {
   using Variables = graph::VariableList<SE3, graph::Vector<3>>;
   static constexpr int kDim = kDimension;
   graph::Vector<kDim> measured;
-  graph::Vector<kDim> evaluate(const SE3& T_C_D, const Eigen::Vector3d& p_C, Eigen::Matrix<double, kDim, 6>* J_T,
+  graph::Vector<kDim> evaluate(const SE3& T_C_D, const Eigen::Vector3d& p_C,
+                               Eigen::Matrix<double, kDim, 6>* J_T,
                                Eigen::Matrix<double, kDim, 3>* J_p) const;
 };
 
 struct RefinedPose {
   SE3 T_C_D;
-  Matrix6d covariance = Matrix6d::Zero();      // [rho; phi] in D
+  Matrix6d covariance = Matrix6d::Zero();     // [rho; phi] in D
   std::vector<std::pair<int, int>> agreeing;  // those of the pairs that fit
 };
 
-// From a start; pairs that do not fit are left out, and what is left is solved again. Nothing where the pairs do not determine it.
+// From a start that RANSAC gave. Its inliers agree with a pose made from three of them, noise and all; so the pairs are gathered
+// anew, all that come within `gather` (on the plane z = 1) of the start, and after solving those that do not fit are left out. Nothing
+// where the pairs do not determine the pose.
 std::optional<RefinedPose> refine_pose(const FrameFeatures& c, const FrameFeatures& d,
                                        const std::vector<std::pair<int, int>>& pairs, const SE3& T_C_D,
-                                       const ViewNoise& noise);
+                                       const ViewNoise& noise, double gather);
 
 }  // namespace covey::place

@@ -35,7 +35,7 @@ Rectification::Rectification(const MountedCamera& left, const MountedCamera& rig
             cv::getStructuringElement(cv::MORPH_RECT, {2 * kMarginPx + 1, 2 * kMarginPx + 1}));
 }
 
-Eigen::Vector3d Rectification::ray_C(const cv::Point2f& pixel) const {
+Eigen::Vector3d Rectification::ray(const cv::Point2f& pixel) const {
   return R_C_R_ * Eigen::Vector3d((pixel.x - 0.5 * (size_.width - 1)) / focal_px_,
                                   (pixel.y - 0.5 * (size_.height - 1)) / focal_px_, 1.0);
 }

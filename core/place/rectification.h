@@ -27,7 +27,7 @@ class Rectification {
   double focal_px() const { return focal_px_; }
   double baseline_m() const { return baseline_m_; }
   // In the left camera C, of length 1 along R's z axis.
-  Eigen::Vector3d ray_C(const cv::Point2f& pixel) const;
+  Eigen::Vector3d ray(const cv::Point2f& pixel) const;
 
  private:
   struct Maps {

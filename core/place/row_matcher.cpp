@@ -31,7 +31,8 @@ struct Range {
 };
 
 // costs[d - range.least] at disparity d: nothing where the best is not good and alone.
-std::optional<double> best_disparity(const std::vector<int>& costs, Range range, const RowMatchOptions& options) {
+std::optional<double> best_disparity(const std::vector<int>& costs, Range range,
+                                     const RowMatchOptions& options) {
   if (costs.size() < 3) return std::nullopt;
   const auto best = static_cast<std::size_t>(std::min_element(costs.begin(), costs.end()) - costs.begin());
   if (best == 0 || best + 1 == costs.size()) return std::nullopt;
@@ -49,8 +50,8 @@ std::optional<double> best_disparity(const std::vector<int>& costs, Range range,
 
 }  // namespace
 
-std::vector<float> match_rows(const cv::Mat& left, const cv::Mat& right, const std::vector<cv::Point2f>& points,
-                              const RowMatchOptions& options) {
+std::vector<float> match_rows(const cv::Mat& left, const cv::Mat& right,
+                              const std::vector<cv::Point2f>& points, const RowMatchOptions& options) {
   std::vector<float> disparities(points.size(), 0.0F);
   std::vector<int> costs;
   for (std::size_t k = 0; k < points.size(); ++k) {

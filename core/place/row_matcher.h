@@ -18,7 +18,7 @@ struct RowMatchOptions {
 };
 
 // 0: none.
-std::vector<float> match_rows(const cv::Mat& left, const cv::Mat& right, const std::vector<cv::Point2f>& points,
-                              const RowMatchOptions& options = {});
+std::vector<float> match_rows(const cv::Mat& left, const cv::Mat& right,
+                              const std::vector<cv::Point2f>& points, const RowMatchOptions& options = {});
 
 }  // namespace covey::place

@@ -14,7 +14,8 @@ const MountedCamera& right_camera(const Rig& rig) {
   return *rig.right;
 }
 
-RowMatchOptions within_depths(RowMatchOptions rows, const Rectification& rectification, double near_m, double far_m) {
+RowMatchOptions within_depths(RowMatchOptions rows, const Rectification& rectification, double near_m,
+                              double far_m) {
   const double scale = rectification.focal_px() * rectification.baseline_m();
   rows.most_px = scale / near_m;
   rows.least_px = scale / far_m;
@@ -37,7 +38,7 @@ FrameFeatures StereoFeatures::extract(const cv::Mat& left, const cv::Mat& right)
   features.T_B_C = T_B_C_;
   const double scale = rectification_.focal_px() * rectification_.baseline_m();
   for (std::size_t k = 0; k < orb.pixels.size(); ++k) {
-    const Eigen::Vector3d ray_C = rectification_.ray_C(orb.pixels[k]);
+    const Eigen::Vector3d ray_C = rectification_.ray(orb.pixels[k]);
     const double depth_m = disparities[k] > 0.0F ? scale / disparities[k] * ray_C.z() : 0.0;
     features.bearings_C.emplace_back(ray_C.normalized().cast<float>());
     features.depths_m.push_back(static_cast<float>(depth_m));
@@ -55,7 +56,8 @@ FrameFeatures features_with_depth(const cv::Mat& image, const cv::Mat& depth_m, 
     const cv::Point2f& pixel = orb.pixels[k];
     const auto direction = camera.camera.undistort({pixel.x, pixel.y});
     if (!direction) continue;
-    const float depth = depth_m.at<float>(static_cast<int>(std::lround(pixel.y)), static_cast<int>(std::lround(pixel.x)));
+    const float depth =
+        depth_m.at<float>(static_cast<int>(std::lround(pixel.y)), static_cast<int>(std::lround(pixel.x)));
     features.bearings_C.emplace_back(direction->homogeneous().normalized().cast<float>());
     features.depths_m.push_back(depth > 0.0F ? depth : 0.0F);
     features.descriptors.push_back(orb.descriptors[k]);

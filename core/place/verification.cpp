@@ -61,8 +61,9 @@ Pairs swapped(const Pairs& pairs) {
 }
 
 int depths(const FrameFeatures& features, const Pairs& pairs) {
-  return static_cast<int>(std::count_if(
-      pairs.begin(), pairs.end(), [&](const auto& pair) { return features.has_depth(static_cast<std::size_t>(pair.first)); }));
+  return static_cast<int>(std::count_if(pairs.begin(), pairs.end(), [&](const auto& pair) {
+    return features.has_depth(static_cast<std::size_t>(pair.first));
+  }));
 }
 
 // With the depths of whichever camera has more.
@@ -89,7 +90,8 @@ Verification verify(const FrameFeatures& a, const FrameFeatures& b, const Verifi
   result.matches = static_cast<int>(matches.size());
   if (result.matches < options.least_inliers) return refused(result, "matches");
 
-  const Pairs moved = five_point_ransac(a, b, matches, options.ransac_direction, options.five_point_iterations).agreeing;
+  const Pairs moved =
+      five_point_ransac(a, b, matches, options.ransac_direction, options.five_point_iterations).agreeing;
   result.five_point = static_cast<int>(moved.size());
   if (result.five_point < options.least_inliers) return refused(result, "five_point");
 
@@ -97,7 +99,9 @@ Verification verify(const FrameFeatures& a, const FrameFeatures& b, const Verifi
   result.three_point = static_cast<int>(metric.agreeing.size());
   if (result.three_point < options.least_inliers) return refused(result, "three_point");
 
-  const auto refined = refine_pose(a, b, metric.agreeing, metric.T_C_D, options.noise);
+  constexpr double kGather = 3.0;
+  const auto refined =
+      refine_pose(a, b, matches, metric.T_C_D, options.noise, kGather * options.ransac_direction);
   if (!refined) return refused(result, "inliers");
   result.inliers = static_cast<int>(refined->agreeing.size());
   if (result.inliers < options.least_inliers) return refused(result, "inliers");

@@ -92,15 +92,17 @@ Vocabulary Vocabulary::load(const std::filesystem::path& file) {
   }
   const FileBytes bytes((std::istreambuf_iterator<char>(stream)), std::istreambuf_iterator<char>());
   const auto refuse = [&](const char* why) {
-    throw_input_error("{}: not a vocabulary of Covey: {}; take the repository's configs/place/vocabulary.bin, or train one",
-                      file.string(), why);
+    throw_input_error(
+        "{}: not a vocabulary of Covey: {}; take the repository's configs/place/vocabulary.bin, or train one",
+        file.string(), why);
   };
   if (bytes.size() < kHeadBytes + kHashBytes) refuse("it is too short");
   if (!std::equal(kMagic, kMagic + kMagicBytes, bytes.begin())) refuse("it begins with something else");
   std::size_t at = kMagicBytes;
   if (get<std::uint32_t>(bytes, at) != kFormat) refuse("its format is another");
   const std::size_t count = get<std::uint32_t>(bytes, at);
-  if (bytes.size() != kHeadBytes + count * kNodeBytes + kHashBytes) refuse("its length is not what its head says");
+  if (bytes.size() != kHeadBytes + count * kNodeBytes + kHashBytes)
+    refuse("its length is not what its head says");
   std::size_t end = bytes.size() - kHashBytes;
   if (hash_of(std::span(bytes).first(end)) != get<std::uint64_t>(bytes, end)) {
     refuse("it is damaged, its checksum differs");

@@ -37,7 +37,9 @@ class Vocabulary {
 
   int words() const { return words_; }
   std::uint64_t hash() const { return hash_; }
-  double weight(int word) const { return nodes_[static_cast<std::size_t>(leaves_[static_cast<std::size_t>(word)])].weight; }
+  double weight(int word) const {
+    return nodes_[static_cast<std::size_t>(leaves_[static_cast<std::size_t>(word)])].weight;
+  }
 
   int word(const Descriptor& descriptor) const;
   BagOfWords bag(std::span<const Descriptor> descriptors) const;  // empty where no word has a weight

@@ -49,7 +49,8 @@ Descriptor median(const Members& members) {
   }
   Descriptor centre{};
   for (std::size_t bit = 0; bit < ones.size(); ++bit) {
-    if (2 * static_cast<std::size_t>(ones[bit]) > members.size()) centre[bit / 64] |= std::uint64_t{1} << (bit % 64);
+    if (2 * static_cast<std::size_t>(ones[bit]) > members.size())
+      centre[bit / 64] |= std::uint64_t{1} << (bit % 64);
   }
   return centre;
 }
@@ -57,9 +58,10 @@ Descriptor median(const Members& members) {
 std::vector<Members> assign(const Members& members, const std::vector<Descriptor>& centres) {
   std::vector<Members> parts(centres.size());
   for (const Descriptor* member : members) {
-    const auto nearest = std::min_element(
-        centres.begin(), centres.end(),
-        [member](const Descriptor& a, const Descriptor& b) { return hamming(*member, a) < hamming(*member, b); });
+    const auto nearest =
+        std::min_element(centres.begin(), centres.end(), [member](const Descriptor& a, const Descriptor& b) {
+          return hamming(*member, a) < hamming(*member, b);
+        });
     parts[static_cast<std::size_t>(nearest - centres.begin())].push_back(member);
   }
   return parts;
@@ -108,7 +110,8 @@ void set_weights(std::vector<Vocabulary::Node>& nodes, const std::vector<std::ve
 
 }  // namespace
 
-Vocabulary train_vocabulary(const std::vector<std::vector<Descriptor>>& images, const TrainingOptions& options) {
+Vocabulary train_vocabulary(const std::vector<std::vector<Descriptor>>& images,
+                            const TrainingOptions& options) {
   struct Open {
     std::size_t node;
     int level;

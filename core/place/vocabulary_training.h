@@ -16,12 +16,13 @@ namespace covey::place {
 struct TrainingOptions {
   int branching = 10;
   int depth = 4;
-  int iterations = 15;   // of one split, at most
+  int iterations = 15;      // of one split, at most
   int least_to_split = 40;  // descriptors; below that a node is a word
   std::uint64_t seed = 1;
 };
 
 // Of the descriptors of each image. COVEY_CHECKs that there are any.
-Vocabulary train_vocabulary(const std::vector<std::vector<Descriptor>>& images, const TrainingOptions& options = {});
+Vocabulary train_vocabulary(const std::vector<std::vector<Descriptor>>& images,
+                            const TrainingOptions& options = {});
 
 }  // namespace covey::place

@@ -1,0 +1,388 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/place/lcd_agent.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <utility>
+
+namespace covey::place {
+namespace {
+
+constexpr int kMostAskedFor = 32;  // keyframes in one request
+constexpr int kBeforeAtMost = 5;   // ids, to a keyframe that still is "the one before"
+
+KeyframeName end_a(const loop_t& loop) { return {loop.robot_a, loop.segment_a, loop.id_a}; }
+KeyframeName end_b(const loop_t& loop) { return {loop.robot_b, loop.segment_b, loop.id_b}; }
+
+bool is_robot(int robot) { return robot >= 0 && robot < kMostRobots; }
+
+}  // namespace
+
+LcdAgent::LcdAgent(int robot, std::int64_t stream, std::shared_ptr<const Vocabulary> vocabulary,
+                   LcdOptions options)
+    : robot_(robot),
+      stream_(stream),
+      vocabulary_(std::move(vocabulary)),
+      options_(options),
+      allowance_(options_.verifications_per_s) {}
+
+const char* LcdAgent::add(const KeyframeName& name, Utime utime, FrameFeatures features, Utime now) {
+  if (name.robot != robot_) return "robot";
+  if (static_cast<int>(features.size()) < options_.least_features) return "few_features";
+  BagOfWords bag = vocabulary_->bag(features.descriptors);
+  if (bag.words.empty()) return "few_features";
+  const lcd_words_t words = words_message(name, utime, bag, vocabulary_->hash());
+  if (const char* reason = remember(name, utime, std::move(bag))) return reason;
+  records_.emplace_back(words);
+  records_.emplace_back(features_message(name, utime, robot_, features));
+  outgoing_.emplace_back(words);
+  own_features_[name] = std::move(features);
+  for (const auto& [robot, places] : robots_) look_for(name, robot);
+  ask(now);
+  return nullptr;
+}
+
+const char* LcdAgent::receive(const lcd_words_t& message, Utime now) {
+  if (message.from == robot_ || !is_robot(message.from)) return "robot";
+  if (message.vocabulary != static_cast<std::int64_t>(vocabulary_->hash())) return "vocabulary";
+  auto bag = bag_from(message, vocabulary_->words());
+  if (!bag) return "values";
+  ++counts_["words"];
+  if (verifier_of(robot_, message.from) != robot_) return nullptr;
+  const KeyframeName name{message.from, message.segment, message.id};
+  if (const char* reason = remember(name, message.utime, std::move(*bag))) return reason;
+  records_.emplace_back(message);
+  look_for(name, robot_);
+  ask(now);
+  return nullptr;
+}
+
+const char* LcdAgent::receive(const lcd_request_t& message, Utime now) {
+  if (message.from == robot_ || message.to != robot_ || !is_robot(message.from)) return "robot";
+  if (message.n <= 0 || message.n > kMostAskedFor) return "values";
+  for (std::size_t k = 0; k < message.ids.size(); ++k) {
+    const KeyframeName name{robot_, message.segments[k], message.ids[k]};
+    const auto known = own_features_.find(name);
+    // What is not there is said too, so that nobody waits for it.
+    outgoing_.emplace_back(features_message(name, now, message.from,
+                                            known == own_features_.end() ? FrameFeatures{} : known->second));
+  }
+  return nullptr;
+}
+
+const char* LcdAgent::receive(const lcd_features_t& message, Utime now) {
+  if (message.from == robot_ || message.to != robot_) return "robot";
+  const KeyframeName name{message.from, message.segment, message.id};
+  if (!asked_.contains(name)) return "unasked";
+  auto features = features_from(message);
+  if (!features) return "values";
+  asked_.erase(name);
+  ++counts_["answered"];
+  if (features->size() == 0) {
+    forget_candidates(name, "gone");
+  } else {
+    keep_features_of_other(name, std::move(*features));
+  }
+  ask(now);
+  return nullptr;
+}
+
+const char* LcdAgent::receive(const lcd_loop_t& message, Utime now) {
+  const loop_t& loop = message.loop;
+  if (message.to != robot_ || message.from == robot_ || !is_robot(message.from)) return "robot";
+  if (loop.robot_a != std::min(robot_, message.from) || loop.robot_b != std::max(robot_, message.from))
+    return "robot";
+  const auto known = std::find_if(loops_.begin(), loops_.end(),
+                                  [&loop](const loop_t& other) { return is_same_closure(loop, other); });
+  if (verifier_of(robot_, message.from) == robot_) {
+    if (known == loops_.end()) return "unasked";
+    if (untold_.erase(static_cast<std::size_t>(known - loops_.begin())) > 0) records_.emplace_back(message);
+    return nullptr;
+  }
+  if (!is_good(loop)) return "values";
+  if (known == loops_.end() && loops() >= options_.most_loops) return "full";
+  const bool is_new = known == loops_.end();
+  if (is_new) {
+    ++counts_["told"];
+    take_loop(loop, now);
+  }
+  lcd_loop_t answer = message;
+  answer.utime = now;
+  answer.from = robot_;
+  answer.to = message.from;
+  outgoing_.emplace_back(answer);
+  return is_new ? nullptr : "duplicate";
+}
+
+void LcdAgent::tick(Utime now) {
+  std::vector<KeyframeName> unanswered;
+  for (auto& [name, asked] : asked_) {
+    if (now < asked.again) continue;
+    if (asked.times >= options_.ask_times) {
+      unanswered.push_back(name);
+      continue;
+    }
+    asked.again = now + (options_.ask_again_us << asked.times);
+    ++asked.times;
+    ask_for({name}, now);
+  }
+  for (const KeyframeName& name : unanswered) {
+    asked_.erase(name);
+    forget_candidates(name, "unanswered");
+  }
+  for (auto& [loop, untold] : untold_) {
+    if (now < untold.again) continue;
+    untold.period = std::min(2 * untold.period, 12 * options_.repeat_loop_us);
+    untold.again = now + untold.period;
+    tell(loop, untold.to, now);
+  }
+  ask(now);
+}
+
+bool LcdAgent::work(Utime now) {
+  std::erase_if(waiting_, [this](const Candidate& candidate) {
+    if (!is_redundant(candidate)) return false;
+    ++counts_["refused/redundant"];
+    return true;
+  });
+  const auto best = std::find_if(waiting_.begin(), waiting_.end(), [this](const Candidate& c) {
+    return features_of(c.other) && features_of(c.own);
+  });
+  if (best == waiting_.end() || !spend_verification(now)) return false;
+  const Candidate candidate = *best;
+  waiting_.erase(best);
+  verify_candidate(candidate, now);
+  ask(now);
+  return true;
+}
+
+void LcdAgent::restore(const LcdRecord& record) {
+  if (const auto* words = std::get_if<lcd_words_t>(&record)) {
+    if (words->vocabulary != static_cast<std::int64_t>(vocabulary_->hash())) return;
+    if (auto bag = bag_from(*words, vocabulary_->words())) {
+      remember({words->from, words->segment, words->id}, words->utime, std::move(*bag));
+    }
+  } else if (const auto* features = std::get_if<lcd_features_t>(&record)) {
+    if (auto own = features_from(*features))
+      own_features_[{robot_, features->segment, features->id}] = std::move(*own);
+  } else if (const auto* loop = std::get_if<loop_t>(&record)) {
+    if (!is_good(*loop)) return;
+    stream_ = loop->stream;
+    next_number_ = loop->number + 1;
+    note_loop(*loop);
+    new_loops_.push_back(*loop);
+  } else if (const auto* answer = std::get_if<lcd_loop_t>(&record)) {
+    for (std::size_t k = 0; k < loops_.size(); ++k) {
+      if (is_same_closure(loops_[k], answer->loop)) untold_.erase(k);
+    }
+  }
+}
+
+int LcdAgent::keyframes(int robot) const {
+  const auto places = robots_.find(robot);
+  return places == robots_.end() ? 0 : places->second.words.size();
+}
+
+std::map<Utime, int> LcdAgent::own_positions() const {
+  std::map<Utime, int> next;
+  const auto own = robots_.find(robot_);
+  if (own == robots_.end()) return next;
+  for (const Place& place : own->second.places) {
+    next[place.name.segment] = std::max(next[place.name.segment], place.name.id + 1);
+  }
+  return next;
+}
+
+const char* LcdAgent::remember(const KeyframeName& name, Utime utime, BagOfWords bag) {
+  RobotPlaces& robot = robots_[name.robot];
+  if (robot.entries.contains(name)) return "duplicate";
+  if (robot.words.size() >= options_.keyframes) return "full";
+  robot.entries[name] = robot.words.add(std::move(bag));
+  robot.places.push_back({name, utime});
+  return nullptr;
+}
+
+// To the nearest keyframe before it, or after it where words came in disorder; 0: there is none near.
+double LcdAgent::self_similarity(const KeyframeName& name) const {
+  const RobotPlaces& robot = robots_.at(name.robot);
+  const BagOfWords& bag = robot.words.bag(robot.entries.at(name));
+  for (int away = 1; away <= kBeforeAtMost; ++away) {
+    for (const int id : {name.id - away, name.id + away}) {
+      const auto beside = robot.entries.find({name.robot, name.segment, id});
+      if (beside != robot.entries.end()) return similarity(bag, robot.words.bag(beside->second));
+    }
+  }
+  return 0.0;
+}
+
+void LcdAgent::look_for(const KeyframeName& name, int robot) {
+  const auto known = robots_.find(robot);
+  const double expected = self_similarity(name);
+  if (known == robots_.end() || expected < options_.least_self_similarity) return;
+  const RobotPlaces& own = robots_.at(name.robot);
+  const int entry = own.entries.at(name);
+  const RobotPlaces& others = known->second;
+  std::vector<KeyframeName> chosen;
+  for (const auto& hit : others.words.query(own.words.bag(entry), options_.least_similarity * expected)) {
+    if (static_cast<int>(chosen.size()) == options_.candidates) break;
+    const Place& place = others.places[static_cast<std::size_t>(hit.entry)];
+    const bool same_segment = place.name.robot == name.robot && place.name.segment == name.segment;
+    const Utime apart = std::abs(place.utime - own.places[static_cast<std::size_t>(entry)].utime);
+    if (same_segment && apart < options_.recent_us) continue;
+    const bool beside = std::any_of(chosen.begin(), chosen.end(), [&](const KeyframeName& other) {
+      return other.segment == place.name.segment && std::abs(other.id - place.name.id) <= options_.redundant;
+    });
+    if (beside) continue;
+    chosen.push_back(place.name);
+    add_candidate({own_end(name, place.name), other_end(name, place.name), hit.similarity / expected});
+  }
+}
+
+// Kept in order, the most similar first.
+void LcdAgent::add_candidate(const Candidate& candidate) {
+  ++counts_["candidates"];
+  if (is_redundant(candidate)) {
+    ++counts_["refused/redundant"];
+    return;
+  }
+  const auto place =
+      std::upper_bound(waiting_.begin(), waiting_.end(), candidate,
+                       [](const Candidate& a, const Candidate& b) { return a.similarity > b.similarity; });
+  waiting_.insert(place, candidate);
+  if (static_cast<int>(waiting_.size()) > options_.waiting) {
+    waiting_.pop_back();
+    ++counts_["refused/too_many"];
+  }
+}
+
+// Of two own keyframes the later one counts as the own end.
+KeyframeName LcdAgent::own_end(const KeyframeName& a, const KeyframeName& b) const {
+  if (a.robot != b.robot) return a.robot == robot_ ? a : b;
+  return std::max(a, b);
+}
+
+KeyframeName LcdAgent::other_end(const KeyframeName& a, const KeyframeName& b) const {
+  return own_end(a, b) == a ? b : a;
+}
+
+bool LcdAgent::is_redundant(const Candidate& candidate) const {
+  const auto joint = joints_.find({candidate.own.segment, candidate.other.robot, candidate.other.segment});
+  if (joint == joints_.end()) return false;
+  return std::any_of(joint->second.begin(), joint->second.end(), [&](const std::pair<int, int>& ids) {
+    return std::abs(ids.first - candidate.own.id) <= options_.redundant &&
+           std::abs(ids.second - candidate.other.id) <= options_.redundant;
+  });
+}
+
+const FrameFeatures* LcdAgent::features_of(const KeyframeName& name) const {
+  const auto& features = name.robot == robot_ ? own_features_ : others_features_;
+  const auto known = features.find(name);
+  return known == features.end() ? nullptr : &known->second;
+}
+
+void LcdAgent::keep_features_of_other(const KeyframeName& name, FrameFeatures features) {
+  if (others_features_.insert_or_assign(name, std::move(features)).second) others_order_.push_back(name);
+  if (static_cast<int>(others_order_.size()) > options_.others_features) {
+    others_features_.erase(others_order_.front());
+    others_order_.pop_front();
+  }
+}
+
+// For the most similar candidates whose features are not here.
+void LcdAgent::ask(Utime now) {
+  std::map<int, int> open;
+  for (const auto& [name, asked] : asked_) ++open[name.robot];
+  std::map<int, std::vector<KeyframeName>> wanted;
+  for (const Candidate& candidate : waiting_) {
+    const KeyframeName& name = candidate.other;
+    if (features_of(name) || name.robot == robot_ || asked_.contains(name) || is_redundant(candidate))
+      continue;
+    if (open[name.robot] >= options_.asked_at_once) continue;
+    ++open[name.robot];
+    asked_[name] = {now + options_.ask_again_us, 1};
+    wanted[name.robot].push_back(name);
+    ++counts_["asked"];
+  }
+  for (const auto& [robot, names] : wanted) ask_for(names, now);
+}
+
+void LcdAgent::ask_for(const std::vector<KeyframeName>& names, Utime now) {
+  lcd_request_t request{};
+  request.utime = now;
+  request.from = robot_;
+  request.to = names.front().robot;
+  for (const KeyframeName& name : names) {
+    request.segments.push_back(name.segment);
+    request.ids.push_back(name.id);
+  }
+  request.n = static_cast<std::int32_t>(names.size());
+  outgoing_.emplace_back(request);
+}
+
+void LcdAgent::forget_candidates(const KeyframeName& other, const char* why) {
+  const auto n =
+      std::erase_if(waiting_, [&](const Candidate& candidate) { return candidate.other == other; });
+  counts_[std::string("refused/") + why] += static_cast<std::int64_t>(n);
+}
+
+void LcdAgent::verify_candidate(const Candidate& candidate, Utime now) {
+  const auto [a, b] = std::minmax(candidate.own, candidate.other);
+  const Verification verification = verify(*features_of(a), *features_of(b), options_.verification);
+  count_steps(verification);
+  if (verification.refused || loops() >= options_.most_loops) return;
+  loop_t loop = loop_message(a, b, verification, candidate.similarity);
+  take_loop(loop, now);
+  if (candidate.other.robot == robot_) return;
+  tell(loops_.size() - 1, candidate.other.robot, now);
+}
+
+void LcdAgent::count_steps(const Verification& verification) {
+  const int least = options_.verification.least_inliers;
+  ++counts_["verified"];
+  if (verification.matches >= least) ++counts_["matched"];
+  if (verification.five_point >= least) ++counts_["five_point"];
+  if (verification.three_point >= least) ++counts_["three_point"];
+  ++counts_[verification.refused ? std::string("refused/") + verification.refused : "accepted"];
+}
+
+void LcdAgent::take_loop(loop_t loop, Utime now) {
+  loop.utime = now;
+  loop.stream = stream_;
+  loop.number = next_number_++;
+  note_loop(loop);
+  for (auto& [k, untold] : untold_) {
+    if (untold.again == 0) untold.again = now + options_.repeat_loop_us;
+  }
+  records_.emplace_back(loop);
+  new_loops_.push_back(loop);
+}
+
+void LcdAgent::note_loop(const loop_t& loop) {
+  const KeyframeName own = own_end(end_a(loop), end_b(loop));
+  const KeyframeName other = other_end(end_a(loop), end_b(loop));
+  joints_[{own.segment, other.robot, other.segment}].emplace_back(own.id, other.id);
+  if (other.robot != robot_ && verifier_of(robot_, other.robot) == robot_) {
+    untold_[loops_.size()] = {other.robot, 0, options_.repeat_loop_us};
+  }
+  loops_.push_back(loop);
+}
+
+void LcdAgent::tell(std::size_t loop, int to, Utime now) {
+  lcd_loop_t message{};
+  message.utime = now;
+  message.from = robot_;
+  message.to = to;
+  message.loop = loops_[loop];
+  outgoing_.emplace_back(message);
+}
+
+bool LcdAgent::spend_verification(Utime now) {
+  const double grown = to_seconds(std::max<Utime>(0, now - allowance_at_)) * options_.verifications_per_s;
+  allowance_ = std::min(allowance_ + grown, std::max(1.0, options_.verifications_per_s));
+  allowance_at_ = now;
+  if (allowance_ < 1.0) return false;
+  allowance_ -= 1.0;
+  return true;
+}
+
+}  // namespace covey::place

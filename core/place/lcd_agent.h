@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+// One robot's side of distributed place recognition, without clock or socket: messages and time in, messages and closures out.
+// The paper's two steps (section V):
+//
+//  1. Each keyframe's bag of words goes to everyone, once (lcd_words_t). Of two robots one looks for common places, in turn by the
+//     parity of their numbers, so that the work is shared evenly and every pair of keyframes is looked at once in the team. A
+//     keyframe's similarity to another is divided by that to the keyframe before it, of its own robot: what can be expected there.
+//  2. For the best candidates it asks for the other's points and descriptors (lcd_request_t -> lcd_features_t), verifies
+//     (verification.h), and tells the other robot what it measured (lcd_loop_t), which answers with the same message: an
+//     acknowledgement. Both publish the very same numbers, since pose graphs know a shared closure by them.
+//
+// Closures of a robot with its own past need no messages. A closure next to an accepted one says little new and is not looked for.
+//
+// Whatever the network loses, doubles or disorders: a closure that one end has reaches the other, for it is repeated until it is
+// acknowledged; lost words and features cost closures, never agreement. Work and memory are bounded by LcdOptions. What must
+// survive a restart is handed out as records, in an order in which they can be taken back.
+
+#include <covey/lcd_features_t.hpp>
+#include <covey/lcd_loop_t.hpp>
+#include <covey/lcd_request_t.hpp>
+#include <covey/lcd_words_t.hpp>
+#include <covey/loop_t.hpp>
+#include <deque>
+#include <map>
+#include <memory>
+#include <string>
+#include <tuple>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "core/place/database.h"
+#include "core/place/lcd_messages.h"
+#include "core/place/vocabulary.h"
+
+namespace covey::place {
+
+struct LcdOptions {
+  double least_similarity = 0.1;  // normalised
+  double least_self_similarity =
+      0.02;            // to the keyframe before: below that a keyframe says nothing, and is not looked for
+  int candidates = 2;  // of one keyframe among those of one robot
+  int least_features = 50;              // a keyframe with fewer is of no use
+  Utime recent_us = 10 * kUsPerSecond;  // own keyframes of the same segment nearer in time are no closure
+  int redundant = 1;  // ids from an accepted closure, at both ends, that are not looked at any more
+  double verifications_per_s = 8.0;
+  int waiting = 200;                      // candidates that wait to be verified; the least similar go first
+  int keyframes = 5000;                   // of each robot that are remembered
+  int others_features = 100;              // keyframes of other robots of which features are kept
+  int asked_at_once = 4;                  // keyframes of one robot
+  Utime ask_again_us = 5 * kUsPerSecond;  // doubles
+  int ask_times = 5;
+  Utime repeat_loop_us = 5 * kUsPerSecond;  // doubles up to twelve times that
+  int most_loops = 100'000;
+  VerificationOptions verification;
+};
+
+using LcdMessage = std::variant<lcd_words_t, lcd_request_t, lcd_features_t, lcd_loop_t>;
+using LcdRecord = std::variant<lcd_words_t, lcd_features_t, lcd_loop_t, loop_t>;
+
+// Of two robots, the one that looks for their common places.
+inline int verifier_of(int a, int b) { return ((a + b) % 2 == 1) == (a < b) ? a : b; }
+
+class LcdAgent {
+ public:
+  // `stream`: names this run in its loop_t, unless records name an earlier one.
+  LcdAgent(int robot, std::int64_t stream, std::shared_ptr<const Vocabulary> vocabulary,
+           const LcdOptions& options);
+
+  // The robot's own keyframe. Null when taken, else why not: "robot", "duplicate", "few_features", "full".
+  const char* add(const KeyframeName& name, Utime utime, FrameFeatures features, Utime now);
+
+  // Null when taken, else why not.
+  const char* receive(const lcd_words_t& message, Utime now);
+  const char* receive(const lcd_request_t& message, Utime now);
+  const char* receive(const lcd_features_t& message, Utime now);
+  const char* receive(const lcd_loop_t& message, Utime now);
+
+  // Asks and tells again what has not been answered.
+  void tick(Utime now);
+  // Verifies at most one candidate, some 10 ms of work; false: there was none that could be.
+  bool work(Utime now);
+
+  // Before anything else: what an earlier run of this robot's left behind, in its order.
+  void restore(const LcdRecord& record);
+
+  std::vector<LcdMessage> take_outgoing() { return std::exchange(outgoing_, {}); }
+  std::vector<LcdRecord> take_records() { return std::exchange(records_, {}); }
+  std::vector<loop_t> take_loops() {
+    return std::exchange(new_loops_, {});
+  }  // to be published; restored ones too
+
+  // The funnel: words, candidates, asked, answered, verified, matched, five_point, three_point, accepted; told (closures that
+  // others found); refused/REASON.
+  const std::map<std::string, std::int64_t>& counts() const { return counts_; }
+  int keyframes(int robot) const;
+  int loops() const { return static_cast<int>(loops_.size()); }
+  // The next id of each own segment.
+  std::map<Utime, int> own_positions() const;
+
+ private:
+  struct Place {
+    KeyframeName name;
+    Utime utime = 0;
+  };
+  struct RobotPlaces {
+    PlaceDatabase words;
+    std::vector<Place> places;  // by the database's number
+    std::map<KeyframeName, int> entries;
+  };
+  struct Candidate {
+    KeyframeName own;
+    KeyframeName other;
+    double similarity = 0.0;
+  };
+  struct Asked {
+    Utime again = 0;
+    int times = 1;
+  };
+  struct Untold {
+    int to = 0;
+    Utime again = 0;
+    Utime period = 0;
+  };
+  // Ids of accepted closures by what they join: (own segment, other robot, its segment).
+  using Joint = std::tuple<Utime, int, Utime>;
+
+  const char* remember(const KeyframeName& name, Utime utime, BagOfWords bag);
+  double self_similarity(const KeyframeName& name) const;
+  void look_for(const KeyframeName& name, int robot);
+  void add_candidate(const Candidate& candidate);
+  KeyframeName own_end(const KeyframeName& a, const KeyframeName& b) const;
+  KeyframeName other_end(const KeyframeName& a, const KeyframeName& b) const;
+  bool is_redundant(const Candidate& candidate) const;
+  const FrameFeatures* features_of(const KeyframeName& name) const;
+  void keep_features_of_other(const KeyframeName& name, FrameFeatures features);
+  void ask(Utime now);
+  void ask_for(const std::vector<KeyframeName>& names, Utime now);
+  void forget_candidates(const KeyframeName& other, const char* why);
+  void verify_candidate(const Candidate& candidate, Utime now);
+  void count_steps(const Verification& verification);
+  void take_loop(loop_t loop, Utime now);
+  void note_loop(const loop_t& loop);
+  void tell(std::size_t loop, int to, Utime now);
+  bool spend_verification(Utime now);
+
+  int robot_;
+  std::int64_t stream_;
+  std::int32_t next_number_ = 0;
+  std::shared_ptr<const Vocabulary> vocabulary_;
+  LcdOptions options_;
+
+  std::map<int, RobotPlaces> robots_;
+  std::map<KeyframeName, FrameFeatures> own_features_;
+  std::map<KeyframeName, FrameFeatures> others_features_;
+  std::deque<KeyframeName> others_order_;
+  std::vector<Candidate> waiting_;
+  std::map<KeyframeName, Asked> asked_;
+  std::vector<loop_t> loops_;
+  std::map<Joint, std::vector<std::pair<int, int>>> joints_;
+  std::map<std::size_t, Untold> untold_;  // by index of the loop
+  double allowance_ = 1.0;
+  Utime allowance_at_ = 0;
+
+  std::vector<LcdMessage> outgoing_;
+  std::vector<LcdRecord> records_;
+  std::vector<loop_t> new_loops_;
+  std::map<std::string, std::int64_t> counts_;
+};
+
+}  // namespace covey::place

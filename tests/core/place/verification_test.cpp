@@ -1,0 +1,199 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/place/verification.h"
+
+#include <Eigen/LU>
+#include <catch2/catch.hpp>
+#include <string>
+
+#include "core/place/minimal_poses.h"
+#include "tests/core/graph/factor_testing.h"
+#include "tests/core/place/places.h"
+
+namespace covey::place {
+namespace {
+
+using testing::RandomGeometry;
+using testing::SeeOptions;
+
+SE3 small_motion(RandomGeometry& random) {
+  Vector6d xi;
+  xi << random.vector<3>(0.4), random.vector<3>(0.12);
+  return SE3::exp(xi);
+}
+
+struct Pair {
+  FrameFeatures a;
+  FrameFeatures b;
+  SE3 T_A_B;
+};
+
+Pair make_pair(RandomGeometry& random, const SeeOptions& options = {}) {
+  const auto place = testing::make_place(300, random);
+  const SE3 T_W_A = testing::body_behind_camera();
+  const SE3 T_W_B = T_W_A * small_motion(random);
+  return {see(place, T_W_A, testing::forward_camera(), random, options),
+          see(place, T_W_B, testing::forward_camera(), random, options), T_W_A.inverse() * T_W_B};
+}
+
+VerificationOptions options_for(const SeeOptions& see) {
+  VerificationOptions options;
+  options.noise = {see.direction_sigma, see.inverse_depth_sigma};
+  return options;
+}
+
+TEST_CASE("the Jacobians of a view are its derivatives") {
+  RandomGeometry random(4);
+  for (int trial = 0; trial < 20; ++trial) {
+    graph::Values values;
+    values.set<SE3>({'t', 0}, small_motion(random));
+    values.set<graph::Vector<3>>({'p', 0},
+                                 Eigen::Vector3d(random.normal(), random.normal(), random.uniform(2.0, 9.0)));
+    REQUIRE(graph::testing::jacobian_error(OwnView<2>{{0.1, 0.2}}, {{'p', 0}}, values) < 1e-6);
+    REQUIRE(graph::testing::jacobian_error(OwnView<3>{{0.1, 0.2, 0.3}}, {{'p', 0}}, values) < 1e-6);
+    REQUIRE(graph::testing::jacobian_error(OtherView<2>{{0.1, 0.2}}, {{'t', 0}, {'p', 0}}, values) < 1e-6);
+    REQUIRE(graph::testing::jacobian_error(OtherView<3>{{0.1, 0.2, 0.3}}, {{'t', 0}, {'p', 0}}, values) <
+            1e-6);
+  }
+}
+
+TEST_CASE("a place that two cameras saw gives their pose, as exactly as its covariance says") {
+  const SeeOptions see;
+  VerificationOptions options = options_for(see);
+  options.floor_m = 0.0;
+  options.floor_deg = 0.0;
+  RandomGeometry random(8);
+  constexpr int kTrials = 40;
+  double squared = 0.0;
+  for (int trial = 0; trial < kTrials; ++trial) {
+    const Pair pair = make_pair(random, see);
+    const Verification result = verify(pair.a, pair.b, options);
+    REQUIRE(result.refused == nullptr);
+    REQUIRE(result.inliers > 100);
+    REQUIRE(result.matches >= result.five_point);
+    REQUIRE(result.five_point >= result.three_point);
+    const Vector6d error = (result.T_A_B.inverse() * pair.T_A_B).log();
+    REQUIRE(error.head<3>().norm() < 0.15);
+    REQUIRE(error.tail<3>().norm() < 0.015);
+    squared += error.dot(result.covariance.inverse() * error);
+  }
+  // Chi-square of 6 degrees of freedom each: mean 6, of 40 within 20 %; outliers that fit by chance and the kernel widen it a bit.
+  REQUIRE(squared / kTrials > 4.0);
+  REQUIRE(squared / kTrials < 9.0);
+}
+
+TEST_CASE("the other way round is the inverse, and the same twice") {
+  RandomGeometry random(9);
+  const Pair pair = make_pair(random);
+  const Verification there = verify(pair.a, pair.b);
+  const Verification again = verify(pair.a, pair.b);
+  const Verification back = verify(pair.b, pair.a);
+  REQUIRE(there.refused == nullptr);
+  REQUIRE(back.refused == nullptr);
+  REQUIRE(there.T_A_B.log() == again.T_A_B.log());
+  REQUIRE(there.covariance == again.covariance);
+  REQUIRE((there.T_A_B * back.T_A_B).log().norm() < 0.03);
+}
+
+TEST_CASE("the floor is added to what the points say") {
+  RandomGeometry random(10);
+  const Pair pair = make_pair(random);
+  VerificationOptions bare;
+  bare.floor_m = 0.0;
+  bare.floor_deg = 0.0;
+  const Matrix6d added = verify(pair.a, pair.b).covariance - verify(pair.a, pair.b, bare).covariance;
+  REQUIRE(added.diagonal().head<3>().isApproxToConstant(0.03 * 0.03, 1e-9));
+  REQUIRE(added.diagonal().tail<3>().isApproxToConstant(std::pow(0.3 * M_PI / 180.0, 2), 1e-9));
+}
+
+TEST_CASE("another place is refused") {
+  RandomGeometry random(11);
+  for (int trial = 0; trial < 10; ++trial) {
+    const Pair pair = make_pair(random);
+    const Pair other = make_pair(random);
+    REQUIRE(verify(pair.a, other.b).refused == std::string("matches"));
+  }
+}
+
+// The same things at other places: descriptors match, geometry does not.
+TEST_CASE("descriptors alone do not make a closure") {
+  RandomGeometry random(12);
+  auto place = testing::make_place(300, random);
+  const auto a = see(place, testing::body_behind_camera(), testing::forward_camera(), random);
+  for (auto& landmark : place) {
+    landmark.p_W = {random.uniform(-6.0, 6.0), random.uniform(-3.0, 3.0), random.uniform(4.0, 15.0)};
+  }
+  const auto b = see(place, testing::body_behind_camera(), testing::forward_camera(), random);
+  const Verification result = verify(a, b);
+  REQUIRE(result.matches > 100);
+  REQUIRE(result.refused != nullptr);
+}
+
+TEST_CASE("outliers up to half of the matches are borne") {
+  RandomGeometry random(13);
+  for (const double share : {0.3, 0.45, 0.55}) {
+    const auto place = testing::make_place(300, random);
+    auto moved = place;
+    for (auto& landmark : moved) {
+      if (random.uniform(0.0, 1.0) < share)
+        landmark.p_W = {random.uniform(-5.0, 5.0), random.uniform(-2.0, 2.0), 7.0};
+    }
+    const SE3 T_W_A = testing::body_behind_camera();
+    const SE3 T_W_B = T_W_A * small_motion(random);
+    VerificationOptions options;
+    options.five_point_iterations = 2000;
+    const Verification result = verify(see(place, T_W_A, testing::forward_camera(), random),
+                                       see(moved, T_W_B, testing::forward_camera(), random), options);
+    INFO("share " << share << ", refused " << (result.refused ? result.refused : "no"));
+    REQUIRE(result.refused == nullptr);
+    REQUIRE((result.T_A_B.inverse() * T_W_A.inverse() * T_W_B).log().norm() < 0.1);
+  }
+}
+
+TEST_CASE("points in one line, and poses that are not certain, are refused") {
+  RandomGeometry random(14);
+  auto place = testing::make_place(300, random);
+  for (auto& landmark : place) {
+    landmark.p_W = {random.uniform(-0.4, 0.4), random.uniform(-3.0, 3.0), random.uniform(7.0, 8.0)};
+  }
+  const SE3 T_W_A = testing::body_behind_camera();
+  const SeeOptions see_options{.strangers = 0};
+  const auto a = see(place, T_W_A, testing::forward_camera(), random, see_options);
+  REQUIRE(verify(a, see(place, T_W_A, testing::forward_camera(), random, see_options)).refused ==
+          std::string("spread"));
+
+  const Pair pair = make_pair(random);
+  VerificationOptions strict;
+  strict.most_sigma_m = 0.003;
+  REQUIRE(verify(pair.a, pair.b, strict).refused == std::string("sigma"));
+  strict.most_sigma_m = 1.0;
+  strict.most_sigma_deg = 0.01;
+  REQUIRE(verify(pair.a, pair.b, strict).refused == std::string("sigma"));
+}
+
+TEST_CASE("features without depth on one side are enough, without any they are not") {
+  RandomGeometry random(15);
+  Pair pair = make_pair(random);
+  pair.b.depths_m.assign(pair.b.size(), 0.0F);
+  const Verification result = verify(pair.a, pair.b);
+  REQUIRE(result.refused == nullptr);
+  REQUIRE((result.T_A_B.inverse() * pair.T_A_B).log().norm() < 0.06);
+  REQUIRE(verify(pair.b, pair.a).refused == nullptr);
+  pair.a.depths_m.assign(pair.a.size(), 0.0F);
+  REQUIRE(verify(pair.a, pair.b).refused == std::string("three_point"));
+}
+
+TEST_CASE("empty and tiny features are refused, not a fault") {
+  RandomGeometry random(16);
+  const Pair pair = make_pair(random);
+  FrameFeatures one;
+  one.bearings_C = {pair.a.bearings_C[0]};
+  one.depths_m = {pair.a.depths_m[0]};
+  one.descriptors = {pair.a.descriptors[0]};
+  for (const FrameFeatures& features : {FrameFeatures{}, one}) {
+    REQUIRE(verify(features, pair.b).refused == std::string("matches"));
+    REQUIRE(verify(pair.a, features).refused == std::string("matches"));
+  }
+}
+
+}  // namespace
+}  // namespace covey::place
