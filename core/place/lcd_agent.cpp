@@ -19,7 +19,7 @@ bool is_robot(int robot) { return robot >= 0 && robot < kMostRobots; }
 }  // namespace
 
 LcdAgent::LcdAgent(int robot, std::int64_t stream, std::shared_ptr<const Vocabulary> vocabulary,
-                   LcdOptions options)
+                   const LcdOptions& options)
     : robot_(robot),
       stream_(stream),
       vocabulary_(std::move(vocabulary)),
