@@ -155,6 +155,13 @@ std::unique_ptr<ceres::Problem> CeresProblem::make_problem() const {
   return problem;
 }
 
+std::shared_ptr<ceres::ParameterBlockOrdering> CeresProblem::make_ordering(char first) const {
+  auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
+  for (const Key key : graph_.keys())
+    ordering->AddElementToGroup(values_.data(key), key.kind == first ? 0 : 1);
+  return ordering;
+}
+
 void CeresProblem::set_weight(FactorId id, double weight) { costs_[id]->set_scale(std::sqrt(weight)); }
 
 double CeresProblem::squared_residual(FactorId id) {
@@ -175,6 +182,10 @@ SolveResult CeresProblem::solve(const SolveOptions& options) {
   ceres::Solver::Options ceres_options;
   ceres_options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
   ceres_options.sparse_linear_algebra_library_type = ceres::SUITE_SPARSE;
+  if (options.eliminate_first != 0) {
+    ceres_options.linear_solver_type = ceres::DENSE_SCHUR;
+    ceres_options.linear_solver_ordering = make_ordering(options.eliminate_first);
+  }
   ceres_options.num_threads = 1;
   ceres_options.max_num_iterations = options.max_iterations;
   ceres_options.function_tolerance = options.relative_cost_tolerance;

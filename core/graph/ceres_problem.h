@@ -37,6 +37,7 @@ class CeresProblem {
 
   void add_variable(ceres::Problem& problem, Key key, VariableType type) const;
   std::unique_ptr<ceres::Problem> make_problem() const;
+  std::shared_ptr<ceres::ParameterBlockOrdering> make_ordering(char first) const;
 
   const Graph& graph_;
   Values& values_;

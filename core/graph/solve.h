@@ -19,6 +19,9 @@ struct SolveOptions {
   double relative_cost_tolerance = 1e-9;  // stop when a step lowers the cost by less than this part of it
   double gradient_tolerance = 1e-10;      // largest entry of the gradient of half the cost
   double initial_trust_radius = 1e6;      // 1 / the first damping; 1e4 is more careful, for starts far away
+  // Variables of this kind (Key::kind), no two of which share a factor, are eliminated first, and the system of the others is
+  // solved as a dense one: for many small variables that hang on a few large ones, as landmarks do on poses. 0: sparse.
+  char eliminate_first = 0;
 };
 
 struct SolveResult {

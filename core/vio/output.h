@@ -43,6 +43,7 @@ struct VioHealth {
   double coasting_s = 0.0;  // since images last moved the estimate
   int segments = 0;         // opened so far
   std::string trouble;      // why the last segment was given up; empty: never
+  std::string no_start;     // why none starts; empty: one has, or not enough has come in yet
 };
 
 struct VioFrame {
@@ -51,7 +52,7 @@ struct VioFrame {
   std::vector<VioKeyframe> keyframes;  // in order of id
   VioHealth health;
   const char* dropped =
-      nullptr;  // why the frame was not used: "late", "ahead_of_imu", "imu_gap", "not_finite"
+      nullptr;  // why the frame was not used: "late", "ahead_of_imu", "before_imu", "imu_gap"
 };
 
 }  // namespace covey::vio

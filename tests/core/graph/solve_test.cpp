@@ -13,6 +13,28 @@ using graph::testing::make_ring;
 using graph::testing::pose_key;
 using graph::testing::worst_translation_error;
 
+namespace {
+
+// A point of the world, seen in the pose's frame.
+struct PointSeen {
+  using Variables = VariableList<SE3, Vector<3>>;
+  static constexpr int kDim = 3;
+
+  Eigen::Vector3d measured;
+
+  Eigen::Vector3d evaluate(const SE3& T, const Eigen::Vector3d& p, Eigen::Matrix<double, 3, 6>* J_T,
+                           Eigen::Matrix3d* J_p) const {
+    const Eigen::Vector3d seen = T.inverse() * p;
+    if (J_T) {
+      *J_T << -Eigen::Matrix3d::Identity(), hat(seen);
+      *J_p = T.rotation.matrix().transpose();
+    }
+    return seen - measured;
+  }
+};
+
+}  // namespace
+
 TEST_CASE("Solve: a ring with loops ends at a minimum near the truth") {
   const auto world = make_ring(0);
   Values values = world.start;
@@ -128,4 +150,38 @@ TEST_CASE("Linearise: r + J d is the first-order model, with kernels as weights"
   const Linearisation weighted = linearise(robust, values);
   REQUIRE(weighted.J.coeff(0, 0) == Approx(std::sqrt(0.2)));
   REQUIRE(weighted.r(0) == Approx(10.0 * std::sqrt(0.2)));
+}
+
+TEST_CASE("Solve: eliminating small variables first ends where the sparse solve does") {
+  covey::testing::RandomGeometry random(7);
+  Graph graph;
+  Values start;
+  for (std::uint64_t pose = 0; pose < 6; ++pose) {
+    start.set({'x', pose},
+              SE3::exp(random.vector<6>(0.1)) * SE3{SO3{}, {static_cast<double>(pose), 0.0, 0.0}});
+    if (pose > 0)
+      graph.add(Between<SE3>{SE3{SO3{}, {1.0, 0.0, 0.0}}}, {{'x', pose - 1}, {'x', pose}},
+                Noise<6>::sigma(0.3));
+  }
+  start.set({'x', 0}, SE3{});
+  graph.set_constant({'x', 0});
+  for (std::uint64_t point = 0; point < 40; ++point) {
+    const Eigen::Vector3d p = random.vector<3>(4.0);
+    start.set({'l', point}, Vector<3>(p + random.vector<3>()));
+    for (std::uint64_t pose = 0; pose < 6; ++pose)
+      graph.add(PointSeen{p - Eigen::Vector3d(static_cast<double>(pose), 0.0, 0.0) + random.vector<3>(0.5)},
+                {{'x', pose}, {'l', point}}, {}, Robust::huber(2.0));
+  }
+  Values sparse = start;
+  Values dense = start;
+  const SolveResult expected = solve(graph, sparse);
+  const SolveResult result = solve(graph, dense, {.eliminate_first = 'l'});
+  REQUIRE(result.converged);
+  REQUIRE(result.final_cost == Approx(expected.final_cost).epsilon(1e-6));
+  for (const Key key : sparse.keys()) {
+    if (key.kind == 'l') REQUIRE((sparse.get<Vector<3>>(key) - dense.get<Vector<3>>(key)).norm() < 1e-3);
+  }
+  // With none of that kind, or all of it constant, it is an ordinary solve.
+  graph.set_constant({'x', 1});
+  REQUIRE(solve(graph, dense, {.eliminate_first = 'q'}).converged);
 }
