@@ -2,59 +2,144 @@
 #include "procs/sim/simulate.h"
 
 #include <CLI/CLI.hpp>
-#include <cmath>
-#include <optional>
+#include <cstdlib>
 
 #include "core/base/error.h"
-#include "core/pgo/robot_csv.h"
-#include "core/sim/grid.h"
+#include "core/sim/cameras.h"
+#include "core/sim/scenario.h"
 #include "procs/common/robot_config.h"
+#include "procs/sim/grid.h"
+#include "procs/sim/interrupt.h"
+#include "procs/sim/sensors.h"
+#include "procs/sim/sink.h"
+#include "procs/sim/truth_files.h"
 
 namespace covey {
 namespace {
 
-sim::GridOptions grid_options(const SimOptions& options) {
-  sim::GridOptions grid;
-  grid.robots = options.robots;
-  grid.keyframes = static_cast<int>(std::floor(options.seconds));
-  grid.seed = options.seed;
-  Config config = load_robot_config(options.config, "sim");
-  sim::read_grid(config.root().section("sim"), grid);
+std::filesystem::path data_folder(const SimOptions& options) {
+  if (!options.data.empty()) return options.data;
+  const char* variable = std::getenv("COVEY_DATA");
+  return variable == nullptr ? "" : variable;
+}
+
+std::filesystem::path config_file(const SimOptions& options) {
+  if (!options.config.empty()) return options.config;
+  return std::filesystem::path(COVEY_CONFIGS) / "robots" /
+         (options.world == "euroc-v1" ? "euroc.yaml" : "default.yaml");
+}
+
+bool wants_sensors(const SimOptions& options) {
+  return !options.log.empty() || !options.asl.empty() || !options.url.empty();
+}
+
+SimOptions with_defaults(SimOptions options) {
+  if (options.world.empty()) options.world = options.graph.empty() ? "town" : "grid";
+  if (options.seconds == 0.0) options.seconds = options.world == "grid" ? 120.0 : 45.0;
+  return options;
+}
+
+void check(const SimOptions& options) {
+  if (options.robot >= options.robots) {
+    throw_input_error("--robot {}: there are only robots 0 to {}; raise --robots", options.robot,
+                      options.robots - 1);
+  }
+  if (options.world == "grid") {
+    if (options.graph.empty())
+      throw_input_error("--world grid is a pose graph: give --graph DIR, where its files go");
+    if (wants_sensors(options) || !options.truth.empty() || !options.smoothing.empty())
+      throw_input_error("--world grid has no sensors; it only takes --graph");
+    return;
+  }
+  if (!options.graph.empty()) throw_input_error("--graph is for --world grid");
+  const int outputs =
+      (options.log.empty() ? 0 : 1) + (options.asl.empty() ? 0 : 1) + (options.url.empty() ? 0 : 1);
+  if (outputs > 1) throw_input_error("give one of --log, --asl and --url");
+  if (outputs == 1 && options.robot < 0)
+    throw_input_error("--robot is needed: whose sensors go to --log, --asl or --url");
+  if (outputs == 0 && options.truth.empty() && options.smoothing.empty())
+    throw_input_error("say what to make: --log F.lcm, --asl DIR or --url U, and --truth DIR");
+  if (!options.depth_url.empty() && options.url.empty()) throw_input_error("--depth-url goes with --url");
+}
+
+std::unique_ptr<SensorSink> make_sink(const SimOptions& options, const Rig& rig, const sim::Ride& ride) {
+  if (!options.log.empty()) return make_log_sink(options.log);
+  if (!options.asl.empty()) return make_asl_sink(options.asl, rig, ride);
+  return make_bus_sink(options);
+}
+
+sim::CameraOptions camera_options(const SimOptions& options) {
+  sim::CameraOptions cameras;
+  cameras.seed = options.seed;
+  Config config = load_robot_config(config_file(options), "sim");
+  sim::read_cameras(config.root().section("sim"), cameras);
   config.check_all_read();
-  return grid;
+  return cameras;
+}
+
+void simulate_team(const SimOptions& options) {
+  const Rig rig = load_robot_rig(config_file(options));
+  const sim::CameraOptions cameras = camera_options(options);
+  if (!options.smoothing.empty()) write_smoothing_figures(data_folder(options), rig.imu, options.smoothing);
+  if (options.truth.empty() && !wants_sensors(options)) return;
+  const sim::Scenario scenario = sim::make_scenario({.world = options.world,
+                                                     .robots = options.robots,
+                                                     .seconds = options.seconds,
+                                                     .seed = options.seed,
+                                                     .data = data_folder(options),
+                                                     .imu = rig.imu});
+  if (!options.truth.empty()) write_truth(options, scenario);
+  if (!wants_sensors(options)) return;
+  const sim::Ride ride = scenario.ride(options.robot);
+  const auto sink = make_sink(options, rig, ride);
+  sim::SensorCameras lenses(scenario.world, rig, cameras);
+  run_sensors(ride, lenses, rig.depth.has_value(), *sink);
 }
 
 }  // namespace
 
 void add_sim_options(CLI::App& app, SimOptions& options) {
-  app.add_option("--world", options.world, "grid: a pose graph of robots that drive through a town")
-      ->check(CLI::IsMember({"grid"}))
-      ->capture_default_str();
+  app.add_option(
+         "--world", options.world,
+         "town: ground robots in streets; euroc-v1: EuRoC's motion and IMU in a furnished room; grid: a "
+         "pose graph of robots that drive through a town (default: town, with --graph grid)")
+      ->check(CLI::IsMember({"town", "euroc-v1", "grid"}));
   app.add_option("--robots", options.robots, "how many robots there are")
       ->check(CLI::Range(1, 64))
       ->capture_default_str();
-  app.add_option("--robot", options.robot, "write only this robot's files")->check(CLI::Range(0, 63));
-  app.add_option("--seconds", options.seconds, "length of the drive; one keyframe a second")
-      ->check(CLI::Range(2.0, 100'000.0))
+  app.add_option("--robot", options.robot, "whose sensors; with grid: write only this robot's files")
+      ->check(CLI::Range(0, 63));
+  app.add_option("--seconds", options.seconds,
+                 "length of the drive (default: 45); grid: one keyframe a second (default: 120)")
+      ->check(CLI::Range(2.0, 100'000.0));
+  app.add_option("--seed", options.seed, "the same seed gives the same world and the same bytes")
       ->capture_default_str();
-  app.add_option("--seed", options.seed, "the same seed gives the same world")->capture_default_str();
+  app.add_option("--data", options.data,
+                 "folder with recorded motion, euroc/motion/SEQUENCE (default: the variable COVEY_DATA)");
   app.add_option("--config", options.config,
-                 "YAML with a section 'sim' that overrides the world's parameters");
-  app.add_option("--graph", options.graph, "output folder for robot<i>.csv and robot<i>_truth.tum")
-      ->required();
+                 "YAML: 'sensors' names the calibration, section 'sim' overrides the world's parameters");
+  app.add_option("--log", options.log, "write the robot's IMU, STEREO and DEPTH to this LCM log");
+  app.add_option("--asl", options.asl, "write the robot's data to DIR/mav0, in EuRoC's layout");
+  app.add_option("--url", options.url, "publish the robot's data on this bus as they come");
+  app.add_option("--depth-url", options.depth_url, "with --url: the bus of DEPTH (default: the same)");
+  app.add_option("--speed", options.speed, "with --url: times real time")
+      ->check(CLI::Range(1e-3, 1e3))
+      ->capture_default_str();
+  app.add_option("--truth", options.truth, "folder for what is true: world, labels, contacts, trajectories");
+  app.add_option("--graph", options.graph,
+                 "with grid: output folder for robot<i>.csv and robot<i>_truth.tum");
+  app.add_option("--smoothing", options.smoothing,
+                 "JSON file: how well the smoothed motion of every recorded sequence fits its IMU and truth");
 }
 
-void simulate(const SimOptions& options) {
-  if (options.robot >= options.robots) {
-    throw_input_error("--robot {}: there are only robots 0 to {}; raise --robots", options.robot,
-                      options.robots - 1);
-  }
-  const sim::GridWorld world = sim::make_grid(grid_options(options));
-  const auto only_robot = options.robot >= 0 ? std::optional<int>(options.robot) : std::nullopt;
-  pgo::write_robot_csv(options.graph, world.graph, only_robot);
-  for (int r = 0; r < options.robots; ++r) {
-    if (only_robot && r != *only_robot) continue;
-    write_tum(options.graph / fmt::format("robot{}_truth.tum", r), world.truth[r]);
+void simulate(const SimOptions& given) {
+  const SimOptions options = with_defaults(given);
+  check(options);
+  handle_interrupts();
+  if (options.world == "grid") {
+    write_grid(options);
+  } else {
+    simulate_team(options);
   }
 }
 

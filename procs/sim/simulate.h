@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-// The world `grid` as files: DIR/robot<i>.csv, the robot's measurements (core/pgo/robot_csv.h), and
-// DIR/robot<i>_truth.tum, where it really was.
+// The process `sim`, from its options to its exit: which world, which robots, and where their data go.
 
 #include <cstdint>
 #include <filesystem>
@@ -15,16 +14,28 @@ class App;
 namespace covey {
 
 struct SimOptions {
-  std::string world = "grid";
+  std::string world;  // empty: grid with --graph, else town
   int robots = 3;
-  int robot = -1;  // only this one's files; -1: every robot's
-  double seconds = 120.0;
+  int robot = -1;        // whose sensors; of `grid`, only this one's files; -1: every robot's
+  double seconds = 0.0;  // 0: 45, grid 120
   std::uint64_t seed = 1;
-  std::filesystem::path graph;   // output folder
-  std::filesystem::path config;  // YAML with a section `sim`; empty: none
+  std::filesystem::path data;    // of recorded motion
+  std::filesystem::path config;  // a robot's configuration; empty: the one that suits the world
+
+  // Where to. Of sensors at most one.
+  std::filesystem::path log;
+  std::filesystem::path asl;
+  std::string url;
+  std::string depth_url;  // empty: url
+  double speed = 1.0;
+  std::filesystem::path truth;
+  std::filesystem::path graph;      // of the world `grid`
+  std::filesystem::path smoothing;  // figures of every recorded sequence
 };
 
 void add_sim_options(CLI::App& app, SimOptions& options);
+
+// Throws InputError, and Interrupted after SIGINT or SIGTERM.
 void simulate(const SimOptions& options);
 
 }  // namespace covey
