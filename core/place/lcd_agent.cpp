@@ -47,7 +47,7 @@ const char* LcdAgent::receive(const lcd_words_t& message, Utime now) {
   if (message.vocabulary != static_cast<std::int64_t>(vocabulary_->hash())) return "vocabulary";
   auto bag = bag_from(message, vocabulary_->words());
   if (!bag) return "values";
-  ++counts_["words"];
+  ++counts_["received"];
   if (verifier_of(robot_, message.from) != robot_) return nullptr;
   const KeyframeName name{message.from, message.segment, message.id};
   if (const char* reason = remember(name, message.utime, std::move(*bag))) return reason;
@@ -156,6 +156,19 @@ bool LcdAgent::work(Utime now) {
   return true;
 }
 
+bool LcdAgent::is_busy() const {
+  // A robot that has not answered twice may have gone; nobody should wait for it.
+  const bool asked =
+      std::any_of(asked_.begin(), asked_.end(), [](const auto& each) { return each.second.times <= 2; });
+  const bool telling = std::any_of(untold_.begin(), untold_.end(), [this](const auto& each) {
+    return each.second.period <= 2 * options_.repeat_loop_us;
+  });
+  const bool ready = std::any_of(waiting_.begin(), waiting_.end(), [this](const Candidate& c) {
+    return features_of(c.other) && features_of(c.own);
+  });
+  return asked || telling || ready;
+}
+
 void LcdAgent::restore(const LcdRecord& record) {
   if (const auto* words = std::get_if<lcd_words_t>(&record)) {
     if (words->vocabulary != static_cast<std::int64_t>(vocabulary_->hash())) return;
@@ -181,6 +194,12 @@ void LcdAgent::restore(const LcdRecord& record) {
 int LcdAgent::keyframes(int robot) const {
   const auto places = robots_.find(robot);
   return places == robots_.end() ? 0 : places->second.words.size();
+}
+
+int LcdAgent::others_keyframes() const {
+  int n = 0;
+  for (const auto& [robot, places] : robots_) n += robot == robot_ ? 0 : places.words.size();
+  return n;
 }
 
 std::map<Utime, int> LcdAgent::own_positions() const {
@@ -240,7 +259,7 @@ void LcdAgent::look_for(const KeyframeName& name, int robot) {
 
 // Kept in order, the most similar first.
 void LcdAgent::add_candidate(const Candidate& candidate) {
-  ++counts_["candidates"];
+  ++counts_["candidate"];
   if (is_redundant(candidate)) {
     ++counts_["refused/redundant"];
     return;

@@ -83,6 +83,9 @@ class LcdAgent {
   // Verifies at most one candidate, some 10 ms of work; false: there was none that could be.
   bool work(Utime now);
 
+  // Something is to be verified, or was asked or told a short while ago and is not answered yet.
+  bool is_busy() const;
+
   // Before anything else: what an earlier run of this robot's left behind, in its order.
   void restore(const LcdRecord& record);
 
@@ -92,10 +95,12 @@ class LcdAgent {
     return std::exchange(new_loops_, {});
   }  // to be published; restored ones too
 
-  // The funnel: words, candidates, asked, answered, verified, matched, five_point, three_point, accepted; told (closures that
+  // The funnel: received (words), candidate, asked, answered, verified, matched, five_point, three_point, accepted; told (closures that
   // others found); refused/REASON.
   const std::map<std::string, std::int64_t>& counts() const { return counts_; }
   int keyframes(int robot) const;
+  int others_keyframes() const;
+  int waiting() const { return static_cast<int>(waiting_.size()); }
   int loops() const { return static_cast<int>(loops_.size()); }
   // The next id of each own segment.
   std::map<Utime, int> own_positions() const;

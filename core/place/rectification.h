@@ -24,6 +24,7 @@ class Rectification {
   // Not 0 where the left picture has something and its edge is not near: an edge of the picture is no feature of the world.
   const cv::Mat& left_mask() const { return left_mask_; }
 
+  cv::Size size() const { return size_; }
   double focal_px() const { return focal_px_; }
   double baseline_m() const { return baseline_m_; }
   // In the left camera C, of length 1 along R's z axis.

@@ -87,6 +87,10 @@ Bus& Process::sensor_bus() { return impl_->sensor_bus(impl_->sensor, impl_->comm
 
 Bus& Process::depth_bus() { return impl_->sensor_bus(impl_->depth, impl_->command.depth_url, *this); }
 
+std::filesystem::path Process::beside_config(const std::string& file) const {
+  return std::filesystem::path(impl_->command.config).parent_path() / file;
+}
+
 Rig Process::rig() const { return load_robot_rig(impl_->command.config); }
 
 Bus& Process::Impl::sensor_bus(Bus*& opened, const std::string& url, Process& process) const {

@@ -55,6 +55,8 @@ class Process {
   int robot() const;  // --robot
   Rig rig() const;  // the file that `sensors: FILE` in --config names, relative to it; InputError without one
   Config& config();  // --config; empty where not given. Keys that nobody reads are refused
+  // A file that --config names, relative to it.
+  std::filesystem::path beside_config(const std::string& file) const;
   const std::filesystem::path& state_dir() const;  // --state, created if absent; empty where not given
   const std::filesystem::path& tum_path() const;   // --tum; empty where not given
   bool from_log() const;

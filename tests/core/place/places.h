@@ -50,6 +50,7 @@ struct SeeOptions {
   double depth_share = 0.8;
   int turned_bits = 12;
   int strangers = 100;  // points of no place
+  double far_m = 1e3;
 };
 
 inline void add_point(FrameFeatures& features, const Eigen::Vector3d& p_C, const Descriptor& descriptor,
@@ -68,7 +69,7 @@ inline FrameFeatures see(const std::vector<Landmark>& place, const SE3& T_W_B, c
   features.T_B_C = T_B_C;
   for (const Landmark& landmark : place) {
     const Eigen::Vector3d p_C = (T_W_B * T_B_C).inverse() * landmark.p_W;
-    if (p_C.z() > 0.5 && p_C.hnormalized().cwiseAbs().maxCoeff() < 0.8) {
+    if (p_C.z() > 0.5 && p_C.z() < options.far_m && p_C.hnormalized().cwiseAbs().maxCoeff() < 0.8) {
       add_point(features, p_C, landmark.descriptor, options, random);
     }
   }
