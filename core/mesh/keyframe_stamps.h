@@ -17,7 +17,8 @@ class KeyframeStamps {
   // In the order of their ids; an id that does not follow the last of its segment by one or more has no effect.
   void add(std::int64_t segment, std::int32_t id, Utime utime) {
     std::vector<Stamp>& stamps = segments_[segment];
-    if (stamps.empty() || (id > stamps.back().id && utime > stamps.back().utime)) stamps.push_back({utime, id});
+    if (stamps.empty() || (id > stamps.back().id && utime > stamps.back().utime))
+      stamps.push_back({utime, id});
   }
 
   // -1 where there is none yet.

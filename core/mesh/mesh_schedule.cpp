@@ -18,7 +18,8 @@ bool MeshSchedule::is_due(const BlockIndex& index, const Waiting& waiting, Utime
   if (now - waiting.newest >= from_seconds(options_.idle_s)) return true;
   const auto said = said_.find(index);
   if (said == said_.end()) return now - waiting.since >= from_seconds(options_.period_s);
-  return waiting.changes >= said->second.changes && now - said->second.when >= from_seconds(options_.period_s);
+  return waiting.changes >= said->second.changes &&
+         now - said->second.when >= from_seconds(options_.period_s);
 }
 
 void MeshSchedule::note_said(const BlockIndex& index, const Waiting& waiting) {

@@ -163,7 +163,7 @@ int run_process(int argc, char** argv, const ProcessOptions& options,
     start_logging(*command);
     limit_memory();
     if (command->url.empty()) {
-      options.without_bus(command->out);
+      options.without_bus(*command);
       return 0;
     }
     Config config = load_robot_config(command->config, options.name);

@@ -28,6 +28,7 @@ class App;
 namespace covey {
 
 class Process;
+struct CommandLine;
 
 struct ProcessOptions {
   std::string name;
@@ -38,7 +39,7 @@ struct ProcessOptions {
   // Options of its own; include <CLI/CLI.hpp> in one file only.
   std::function<void(CLI::App&)> add_options = {};
   // What a process does when it is given --out but neither --url nor --robot: work on files, without a bus. May throw InputError.
-  std::function<void(const std::string& out)> without_bus = {};
+  std::function<void(const CommandLine&)> without_bus = {};
   // What must happen before the bus is opened, such as entering a network namespace. There is no bus() yet.
   std::function<void(Process&)> before_bus = {};
 };

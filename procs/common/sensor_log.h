@@ -25,6 +25,11 @@ class SensorLogWriter {
     write_until(message.utime);
   }
   template <typename T>
+  void write(const StreamChannel<T>& channel, const T& message) {
+    put(message.utime, channel.name, encode(message));
+    write_until(message.utime);
+  }
+  template <typename T>
   void write(const BandedChannel<T>& channel, const T& message) {
     put_bands(message.utime, channel.name, encode(message));
     write_until(message.utime);

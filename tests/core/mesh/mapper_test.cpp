@@ -45,7 +45,7 @@ TEST_CASE("A mapper says changed blocks only and ends with the volume as it is")
   const DepthCamera camera = make_depth_camera();
   Mapper mapper({}, camera);
   std::map<BlockIndex, mesh_block_t> told;
-  const auto take = [&](std::vector<mesh_block_t> blocks) {
+  const auto take = [&](const std::vector<mesh_block_t>& blocks) {
     for (const mesh_block_t& block : blocks) {
       CHECK(block.segment == 7);
       told[{block.x, block.y, block.z}] = block;
@@ -72,7 +72,8 @@ TEST_CASE("A mapper says changed blocks only and ends with the volume as it is")
   CHECK(mapper.take_all().empty());
   // The wall ahead has rested for long, and looking at it once more from where it was seen does not move it.
   std::size_t vertices = 0;
-  for (const auto& block : mapper.volume()->blocks()) vertices += extract_block(*mapper.volume(), block->index, {}).labels.size();
+  for (const auto& block : mapper.volume()->blocks())
+    vertices += extract_block(*mapper.volume(), block->index, {}).labels.size();
   std::size_t told_vertices = 0;
   for (const auto& [index, block] : told) told_vertices += block.labels.size();
   CHECK(told_vertices == vertices);
@@ -86,7 +87,8 @@ TEST_CASE("What disappears is said as an empty block") {
   mapper.add(render(camera, kAhead, near_wall, ++now), 1, kAhead, 0);
   std::map<BlockIndex, int> vertices;
   const auto take = [&] {
-    for (const mesh_block_t& block : mapper.take_all()) vertices[{block.x, block.y, block.z}] = block.n_vertices;
+    for (const mesh_block_t& block : mapper.take_all())
+      vertices[{block.x, block.y, block.z}] = block.n_vertices;
   };
   take();
   REQUIRE(vertices.size() > 4);

@@ -8,7 +8,9 @@ using namespace covey::mesh;
 
 namespace {
 
-TimedPose at_x(Utime utime, double x, std::int64_t segment = 1) { return {utime, segment, {{}, {x, 0, 0}}, false}; }
+TimedPose at_x(Utime utime, double x, std::int64_t segment = 1) {
+  return {utime, segment, {{}, {x, 0, 0}}, false};
+}
 
 }  // namespace
 
