@@ -26,7 +26,7 @@ from covey_tools.errors import Failure, InputError
 from covey_tools.process import last_log_line
 
 DEFAULT_CACHE = os.path.join(places.ROOT, "out", "cache")
-_PERCENT = re.compile(r"(\d+) ?%")
+_DONE = re.compile(r"([\d.]+) of ([\d.]+) s")  # sim's word on how far it is
 _POLL_S = 0.1
 _PLAIN_REFRESH_S = 10.0
 
@@ -210,5 +210,5 @@ class _Progress:
             return "done"
         if job not in running:
             return "waiting"
-        percents = _PERCENT.findall(last_log_line(job.words))
-        return f"{percents[-1]} %" if percents else "begun"
+        done = _DONE.search(last_log_line(job.words))
+        return f"{100 * float(done[1]) / float(done[2]):.0f} %" if done else "begun"

@@ -75,7 +75,7 @@ class SensorTeam(Team):
         silent = [process for process in self.PROCESSES if not self.said(process, robot.id).phase]
         if silent:
             return [f"robot {robot.id}: {process} has not been heard" for process in silent]
-        dpgo, lcd, lmo = (self.said(process, robot.id) for process in ("dpgo", "lcd", "lmo"))
+        dpgo, lcd, mesher, lmo = (self.said(process, robot.id) for process in ("dpgo", "lcd", "mesher", "lmo"))
         team, keyframes = len(self.robots), self.keyframes(robot.id)
         checks = ((keyframes > 0, "vio has made no keyframe"),
                   (dpgo.gauge("solved_keyframes") >= keyframes,
@@ -85,6 +85,7 @@ class SensorTeam(Team):
                   (dpgo.gauge("robots") >= team, f"{dpgo.gauge('robots')} of {team} robots in its last round"),
                   (dpgo.phase == "idle", f"dpgo is {dpgo.phase}"),
                   (lcd.phase == "idle", f"lcd is {lcd.phase}"),
+                  (mesher.gauge("waiting_blocks") == 0, f"mesher has {mesher.gauge('waiting_blocks')} blocks to say"),
                   (lmo.gauge("solved_round") == dpgo.gauge("round"),
                    f"lmo has the mesh of round {lmo.gauge('solved_round')}, and the last round is {dpgo.gauge('round')}"),
                   (lmo.phase == "idle", f"lmo is {lmo.phase}"))

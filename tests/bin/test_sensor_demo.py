@@ -162,6 +162,7 @@ class SensorTeamTest(unittest.TestCase):
         for sentence, undo in (
                 ("robot 1: lmo has the mesh of round 3, and the last round is 4", {"lmo": {"gauges": {"round": 4, "solved_round": 3}}}),
                 ("robot 1: lmo is solving", {"lmo": {"phase": "solving", "gauges": {"solved_round": 4}}}),
+                ("robot 1: mesher has 7 blocks to say", {"mesher": {"gauges": {"waiting_blocks": 7}}}),
                 ("robot 1: lcd is verifying", {"lcd": {"phase": "verifying"}}),
                 ("robot 1: dpgo is round", {"dpgo": {"phase": "round", "gauges": {
                     "solved_keyframes": 3, "robots": 2, "round": 4}}}),
