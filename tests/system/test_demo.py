@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""bin/demo as a whole: real processes over multicast in a private network, on a small grid.
+"""bin/demo as a whole: real processes over multicast in a private network, on a small grid and on 10 s of sensors.
 
-usage: test_demo.py Demo.TEST     one test, as ctest runs them
+usage: test_demo.py GraphDemo.TEST | SensorDemo.TEST     one test, as ctest runs them
 """
 
 import json
@@ -17,15 +17,20 @@ import unittest
 ROOT = os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
 sys.path.insert(0, os.path.join(ROOT, "bin"))
 
-from covey_tools import lcm_log  # noqa: E402
+from covey_tools import contract, lcm_log, places  # noqa: E402
 
 SMALL = ["--world", "grid", "--seconds", "40", "--speed", "10", "--patience", "60"]
 # Its data takes 10 s, so that a process is killed by how far the data has come, well before the end.
 SLOW = [*SMALL, "--speed", "4"]
 KINDS = ("dpgo-1", "radio_bridge-2", "player-0", "logger-1")  # dpgo-0 would be the anchor: it has a test of its own
+# Every process of two robots, whose sensor data is made once for all tests of this build.
+SENSORS = ["--world", "town", "--robots", "2", "--seconds", "10", "--speed", "0.5", "--patience", "90"]
+SENSOR_KINDS = ("vio-1", "mesher-1", "lcd-1", "lmo-1", "dpgo-1", "radio_bridge-1")
 
 
-class Demo(unittest.TestCase):
+class DemoRun(unittest.TestCase):
+    LAST_ROBOT = 2  # whose logger no test kills
+
     def setUp(self):
         folder = tempfile.TemporaryDirectory(prefix="covey-demo-")
         self.addCleanup(folder.cleanup)
@@ -45,7 +50,7 @@ class Demo(unittest.TestCase):
         return process
 
     def finish(self, process, expected_code):
-        output, _ = process.communicate(timeout=100)
+        output, _ = process.communicate(timeout=280)
         self.assertEqual(process.returncode, expected_code, output)
         return output
 
@@ -67,8 +72,8 @@ class Demo(unittest.TestCase):
         return self.wait_for(found, f"event '{pattern}', {count} of them", process, timeout_s)
 
     def wait_for_keyframes(self, count, process, timeout_s=30):
-        """Until the last robot's logger, which no test kills, has written down so many keyframes."""
-        log = os.path.join(self.out, "logs", "robot2.lcm")
+        """Until the last robot's logger has written down so many keyframes."""
+        log = os.path.join(self.out, "logs", f"robot{self.LAST_ROBOT}.lcm")
 
         def found():
             return os.path.exists(log) and sum(event.channel == "KEYFRAME" for event in lcm_log.Log(log)) >= count
@@ -96,6 +101,8 @@ class Demo(unittest.TestCase):
         for name, pids in starts.items():
             self.wait_for_event(rf"{name} +started pid (\d+)", process, len(pids) + 1)
 
+
+class GraphDemo(DemoRun):
     def check_good(self, report):
         team = report["team"]
         self.assertTrue(report["complete"])
@@ -169,6 +176,47 @@ class Demo(unittest.TestCase):
                                     (["--robots", "0"], "not between 1 and 20"),
                                     (["--world", "grid", "--robots", "6", "--seconds", "4"], "too few for 6 robots to meet")):
             self.assertIn(sentence, self.finish(self.start(*arguments), 2))
+
+
+class SensorDemo(DemoRun):
+    LAST_ROBOT = 1
+
+    def start(self, *arguments):
+        cache = os.path.join(os.path.dirname(places.build_folder()), "test_cache")
+        return super().start(*SENSORS, "--cache", cache, *arguments)
+
+    def check_good(self, report):
+        self.assertTrue(report["complete"])
+        self.assertEqual((report["missing"], report["notes"]), ([], []))
+        self.assertEqual(contract.lacks(report, True), [])
+        for robot in (0, 1):
+            for name in (f"traj/robot{robot}_vio.tum", f"traj/robot{robot}_team.tum", f"mesh/robot{robot}_vio.ply",
+                         f"logs/robot{robot}.lcm"):
+                self.assertGreater(os.path.getsize(os.path.join(self.out, name)), 500, name)
+
+    def test_sensors_in_a_mesh_out(self):
+        self.finish(self.start(), 0)
+        report = self.report()
+        self.check_good(report)
+        self.assertEqual(report["restarts"], {})
+        for robot in report["robots"]:
+            self.assertGreater(robot["frames"], 190)
+            self.assertLess(robot["frames_dropped"], 20)
+            self.assertGreater(robot["keyframes"], 5)
+            self.assertLess(robot["ate_team_m"], 0.3)
+        merged = report["mesh"][-1]
+        self.assertLess(merged["error_after_m"], 0.3)
+        self.assertGreater(merged["labels_after"], 0.7)
+
+    def test_each_of_the_six_processes_may_be_killed(self):
+        process = self.start("--speed", "0.3")
+        for index, name in enumerate(SENSOR_KINDS):
+            self.wait_for_keyframes(2 + index, process, 200)
+            self.kill([name], process)
+        self.finish(process, 0)
+        report = self.report()
+        self.check_good(report)
+        self.assertEqual(set(SENSOR_KINDS) - set(report["restarts"]), set())
 
 
 if __name__ == "__main__":
