@@ -69,7 +69,7 @@ def prepare(world, seed, data, cache):
     """The Recording of a world with sensors; what of it is not in `cache` is made, with progress on stdout."""
     simulator = os.path.join(places.build_folder(), "bin", "sim")
     arguments = ["--world", world.name, "--robots", str(world.robots), "--seconds", f"{world.seconds:g}",
-                 "--seed", str(seed)]
+                 "--seed", str(seed), "--config", world.file]
     if world.name.startswith("euroc"):
         arguments += ["--data", os.path.abspath(data)]
     family = os.path.join(os.path.abspath(cache), f"{world.name}-{world.robots}x{world.seconds:g}s-seed{seed}")
@@ -97,8 +97,9 @@ def prepare(world, seed, data, cache):
 
 
 def _key(simulator, arguments, world, data):
-    """Of the program, its arguments and the files that it reads."""
-    digest = hashlib.sha256(repr(arguments[:-1] if "--data" in arguments else arguments).encode())
+    """Of the program, its arguments and what it reads; where the files are does not matter."""
+    words = [word for word in arguments if word not in (world.file, os.path.abspath(data))]
+    digest = hashlib.sha256(repr((words, worlds.read_section(world.file, "sim"))).encode())
     files = [simulator] + sorted(_files(os.path.join(places.ROOT, "configs", "sensors")))
     for path in files:
         try:

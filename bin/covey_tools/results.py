@@ -14,7 +14,7 @@ from covey_tools import motion
 from covey_tools.chains import Chains
 from covey_tools.session import Session
 
-_CONTACT = re.compile(r"\ba: *(\d+)\b.*\bb: *(\d+)\b")
+_CONTACT = re.compile(r"\ba: *(\d+)\b.*\bb: *(\d+)\b.*\bfrom_s: *([\d.]+)")
 
 
 class _Results:
@@ -96,7 +96,7 @@ class SensorResults(_Results):
         self.graph_files = {stage: self.chains.write(ways, run.file("graph", stage))
                             for stage, ways in (("team", self.team), ("vio", self.vio), ("truth", self.truth))}
         self.poses_per_file = [len(chain.keyframes) for chain in self.chains.chains]
-        self.met = _contacts(run.recording.truth("contacts.yaml"))
+        self.met = _contacts(run.recording.truth("contacts.yaml"), run.world.seconds)
         self.closure_limits = (0.5, 5.0)
 
     def counts(self, robot):
@@ -136,8 +136,8 @@ class SensorResults(_Results):
         return motion.IDENTITY if first is None else motion.inverse(self.T_truth_O[robot, first])
 
 
-def _contacts(file):
-    """Pairs of robots that a contact plan names."""
+def _contacts(file, seconds):
+    """Pairs of robots that a contact plan lets hear each other while they drive; in the end it lets everyone."""
     with open(file, encoding="utf-8") as lines:
         found = [_CONTACT.search(line.split("#")[0]) for line in lines]
-    return {tuple(sorted((int(each[1]), int(each[2])))) for each in found if each}
+    return {tuple(sorted((int(each[1]), int(each[2])))) for each in found if each and float(each[3]) < seconds}

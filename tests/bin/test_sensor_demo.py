@@ -69,7 +69,7 @@ class RecordingsTest(Folder, unittest.TestCase):
         self.assertEqual(self.runs(), ["0", "1", "2", "truth"])
         self.assertIn("making sensor data of 45 s", self.said)
         with open(first.log(1), encoding="ascii") as log:
-            self.assertIn("--world town --robots 3 --seconds 45 --seed 1 --robot 1 --log", log.read())
+            self.assertRegex(log.read(), "--world town --robots 3 --seconds 45 --seed 1 --config .* --robot 1 --log ")
         self.assertTrue(os.path.exists(first.truth("world.ply")))
         self.assertEqual(self.prepare().folder, first.folder)
         self.assertEqual((len(self.runs()), self.said), (4, ""))
@@ -222,7 +222,8 @@ class SensorReportTest(Folder, unittest.TestCase):
             motion.write_tum(self.path("truth", f"robot{robot}.tum"), way)
         with open(self.path("truth", "contacts.yaml"), "w", encoding="ascii") as file:
             file.write("radio_bridge:\n  contacts:\n    - {a: 0, b: 1, from_s: 0, until_s: 9}\n"
-                       "    - {a: 1, b: 2, from_s: 3.5, until_s: 40}\n")
+                       "    - {a: 1, b: 2, from_s: 3.5, until_s: 40}\n"
+                       "    - {a: 0, b: 2, from_s: 45, until_s: 1000000}\n")
         self.T_truth_W = self.true_pose(0, 1)  # level, so robot 0's first keyframe is its odometry frame
         self.results = lcm_log.Writer(self.path("results.lcm"))
         for robot in range(3):
