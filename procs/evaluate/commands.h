@@ -16,6 +16,8 @@ void add_trajectory_command(CLI::App& app);
 void add_online_command(CLI::App& app);
 // graph --graph DIR --estimate A.tum... --barc2 X [--truth B.tum...] [--log bus.lcm...]
 void add_graph_command(CLI::App& app);
+// mesh --estimate A.ply... --reference B.ply [--trajectory A.tum... --truth B.tum... | --alignment FILE] [--seen-from B.tum...]
+void add_mesh_command(CLI::App& app);
 // radio --log air.lcm
 void add_radio_command(CLI::App& app);
 

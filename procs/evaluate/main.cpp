@@ -10,6 +10,7 @@ int main(int argc, char** argv) {
   covey::add_trajectory_command(app);
   covey::add_online_command(app);
   covey::add_graph_command(app);
+  covey::add_mesh_command(app);
   covey::add_radio_command(app);
   return covey::run_tool(argc, argv, app, [] { return 0; });
 }
