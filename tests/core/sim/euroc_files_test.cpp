@@ -1,37 +1,19 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/sim/euroc_files.h"
 
-#include <unistd.h>
 #include <zlib.h>
 
 #include <catch2/catch.hpp>
-#include <fstream>
 
-#include "core/base/error.h"
+#include "tests/core/pgo/scratch.h"
 
 namespace covey::sim {
 namespace {
 
 using Catch::Matchers::Contains;
 
-class TestFile {
- public:
-  explicit TestFile(const std::string& text)
-      : path_(std::filesystem::temp_directory_path() / ("covey_euroc_files_" + std::to_string(getpid()))) {
-    std::ofstream(path_) << text;
-  }
-  ~TestFile() { std::filesystem::remove(path_); }
-  TestFile(const TestFile&) = delete;
-  TestFile& operator=(const TestFile&) = delete;
-
-  const std::filesystem::path& path() const { return path_; }
-
- private:
-  std::filesystem::path path_;
-};
-
-Trajectory truth_of(const std::string& text) { return read_euroc_truth(TestFile(text).path()); }
-std::vector<ImuSample> imu_of(const std::string& text) { return read_euroc_imu(TestFile(text).path()); }
+Trajectory truth_of(const std::string& text) { return read_euroc_truth(ScratchFile(text).path); }
+std::vector<ImuSample> imu_of(const std::string& text) { return read_euroc_imu(ScratchFile(text).path); }
 
 TEST_CASE("EuRoC's columns: stamps in ns, quaternions w first, more columns than are read") {
   const Trajectory truth = truth_of(
@@ -54,11 +36,11 @@ TEST_CASE("TUM's text: stamps in s, quaternions w last") {
 }
 
 TEST_CASE("an IMU's samples, gzipped") {
-  const TestFile file("");
-  gzFile out = gzopen(file.path().c_str(), "wb");
+  const ScratchFile file;
+  gzFile out = gzopen(file.path.c_str(), "wb");
   gzputs(out, "#timestamp [ns],w,w,w,a,a,a\n1403636579758555392,-0.1,0.2,0.3,8.1,-0.4,-2.4\n");
   gzclose(out);
-  const auto samples = read_euroc_imu(file.path());
+  const auto samples = read_euroc_imu(file.path);
   REQUIRE(samples.size() == 1);
   CHECK(samples[0].utime == 1'403'636'579'758'555);
   CHECK(samples[0].gyro == Eigen::Vector3d(-0.1, 0.2, 0.3));
@@ -78,13 +60,13 @@ TEST_CASE("what cannot be read is named with file and line") {
 }
 
 TEST_CASE("a torn gzip is told from a short one") {
-  const TestFile file("");
-  gzFile out = gzopen(file.path().c_str(), "wb");
+  const ScratchFile file;
+  gzFile out = gzopen(file.path.c_str(), "wb");
   for (int k = 0; k < 10000; ++k)
     gzprintf(out, "%d,0.1,0.2,0.3,%d,0.5,0.6\n", 100000 + k * 5000, k * 7919 % 1000);
   gzclose(out);
-  std::filesystem::resize_file(file.path(), std::filesystem::file_size(file.path()) / 2);
-  CHECK_THROWS_WITH(read_euroc_imu(file.path()), Contains("damaged after line"));
+  std::filesystem::resize_file(file.path, std::filesystem::file_size(file.path) / 2);
+  CHECK_THROWS_WITH(read_euroc_imu(file.path), Contains("damaged after line"));
 }
 
 }  // namespace
