@@ -53,25 +53,53 @@ struct Level {
   std::vector<std::uint8_t> bytes;
 };
 
-// Every texel is the mean of four. Done here and not by the driver, so that pictures depend on nothing but this.
-Level halve(const Level& fine, int layers) {
-  Level coarse = {fine.side / 2, fine.channels, {}};
-  const auto row_bytes = static_cast<std::size_t>(fine.side * fine.channels);
-  coarse.bytes.reserve(fine.bytes.size() / 4);
-  for (int row = 0; row < coarse.side * layers; ++row) {
-    const std::uint8_t* upper = &fine.bytes[2 * static_cast<std::size_t>(row) * row_bytes];
-    const std::uint8_t* lower = upper + row_bytes;
-    for (int column = 0; column < coarse.side; ++column) {
-      for (int channel = 0; channel < fine.channels; ++channel) {
-        const int left = 2 * column * fine.channels + channel;
-        const int right = left + fine.channels;
-        coarse.bytes.push_back(
-            static_cast<std::uint8_t>((upper[left] + upper[right] + lower[left] + lower[right] + 2) / 4));
+// Rows and then columns through a symmetric filter of four whole-number weights around a texel's middle or edge, keeping every `step`-th;
+// textures wrap. Done here and not by the driver, so that pictures depend on nothing but this.
+Level filter(const Level& fine, int layers, const std::array<int, 4>& weights, int step) {
+  const int sum = weights[0] + weights[1] + weights[2] + weights[3];
+  const int mask = fine.side - 1;
+  const int side = fine.side / step;
+  const int channels = fine.channels;
+  Level coarse = {side, channels, {}};
+  coarse.bytes.resize(static_cast<std::size_t>(side * side) * static_cast<std::size_t>(channels * layers));
+  const auto row_bytes = static_cast<std::size_t>(side * channels);
+  std::vector<std::uint16_t> narrow(row_bytes * static_cast<std::size_t>(fine.side));  // one layer, rows done
+  for (int layer = 0; layer < layers; ++layer) {
+    const std::uint8_t* from = &fine.bytes[static_cast<std::size_t>(layer * fine.side) *
+                                           static_cast<std::size_t>(fine.side * channels)];
+    std::uint16_t* out = narrow.data();
+    for (int row = 0; row < fine.side; ++row, from += fine.side * channels) {
+      for (int column = 0; column < side; ++column) {
+        std::array<const std::uint8_t*, 4> taps = {};
+        for (int k = 0; k < 4; ++k) {
+          taps[static_cast<std::size_t>(k)] = from + ((step * column - 1 + k) & mask) * channels;
+        }
+        for (int c = 0; c < channels; ++c) {
+          *out++ = static_cast<std::uint16_t>(weights[0] * taps[0][c] + weights[1] * taps[1][c] +
+                                              weights[2] * taps[2][c] + weights[3] * taps[3][c]);
+        }
+      }
+    }
+    std::uint8_t* to = &coarse.bytes[static_cast<std::size_t>(layer * side) * row_bytes];
+    for (int row = 0; row < side; ++row) {
+      std::array<const std::uint16_t*, 4> taps = {};
+      for (int k = 0; k < 4; ++k) {
+        taps[static_cast<std::size_t>(k)] =
+            narrow.data() + static_cast<std::size_t>((step * row - 1 + k) & mask) * row_bytes;
+      }
+      for (std::size_t i = 0; i < row_bytes; ++i) {
+        const int total = weights[0] * taps[0][i] + weights[1] * taps[1][i] + weights[2] * taps[2][i] +
+                          weights[3] * taps[3][i];
+        *to++ = static_cast<std::uint8_t>((total + sum * sum / 2) / (sum * sum));
       }
     }
   }
   return coarse;
 }
+
+// A lens is never sharper than its pixels: without this smoothing the edges of texels, sampled once a pixel, would move by a tenth of one.
+Level soften(const Level& level, int layers) { return filter(level, layers, {1, 2, 1, 0}, 1); }
+Level halve(const Level& level, int layers) { return filter(level, layers, {1, 3, 3, 1}, 2); }
 
 unsigned upload_texture(Level level, int layers) {
   unsigned texture = 0;
@@ -174,7 +202,7 @@ TexturedScene::TexturedScene(std::shared_ptr<const EglContext> context, const Me
   for (unsigned location = 0; location < 5; ++location) glEnableVertexAttribArray(location);
   glBindVertexArray(0);
 
-  grey_ = upload_texture(grey_level(textures), textures.layers());
+  grey_ = upload_texture(soften(grey_level(textures), textures.layers()), textures.layers());
   // Colour is for small pictures: half the side is enough.
   const Level colour = colour_level(textures);
   colour_ = upload_texture(colour.side > 1 ? halve(colour, textures.layers()) : colour, textures.layers());
