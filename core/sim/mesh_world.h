@@ -37,7 +37,7 @@ struct MeshWorld {
 struct TownOptions {
   std::uint64_t seed = 1;
   int blocks = 4;          // along a side; there are (blocks + 1)^2 junctions, (0, 0) at the first
-  double block_m = 16.0;   // between junctions
+  double block_m = 14.0;   // between junctions
   int texture_side = 512;  // texels; smaller is quicker to make
 };
 

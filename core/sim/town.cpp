@@ -20,7 +20,7 @@ constexpr double kClear = 1.7;    // nothing stands nearer
 constexpr double kParked = 2.75;  // the middle of a parked car
 constexpr double kRoadEdge = 3.0;
 constexpr double kFurniture = 3.45;  // poles and street trees
-constexpr double kPlot = 4.4;        // where pavement ends and plots begin
+constexpr double kPlot = 4.2;        // where pavement ends and plots begin
 constexpr double kOutside = 14.0;    // of the outermost streets: how far the outer plots reach
 
 constexpr int kHouseStyles = 24;
@@ -171,7 +171,7 @@ class Town {
     const bool alike = houses_ % 3 == 0;
     const std::size_t style = alike ? 0 : 1 + static_cast<std::size_t>(styled_++ % (kHouseStyles - 1));
     ++houses_;
-    const double half = 0.5 * options_.block_m - kPlot - 0.25;
+    const double half = 0.5 * options_.block_m - kPlot - 0.1;
     const Vector2d size = alike
                               ? Vector2d(half, half)
                               : Vector2d(half - random_.uniform(0.0, 0.7), half - random_.uniform(0.0, 0.7));
