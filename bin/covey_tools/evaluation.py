@@ -31,9 +31,13 @@ def evaluate_graph(graph, estimates, barc2, truths=(), logs=(), loops="", limits
     return _json("evaluate", arguments)
 
 
-def evaluate_mesh(estimate, reference):
-    """evaluate mesh: distances between the surfaces, and how many labels agree."""
-    return _json("evaluate", ["mesh", "--estimate", estimate, "--reference", reference])
+def evaluate_mesh(estimate, reference, seen_from, config):
+    """evaluate mesh: distances between the surfaces, and how many labels agree; both in one frame.
+
+    `seen_from`: the robots' true trajectories; the reference counts as far as their depth camera (`config`) could see it.
+    """
+    return _json("evaluate", ["mesh", "--estimate", estimate, "--reference", reference, "--seen-from", *seen_from,
+                              "--config", config])
 
 
 def evaluate_radio(log):

@@ -2,7 +2,8 @@
 """The meshes of a run against the world that the simulator drew.
 
 Before: as each robot measured it, every robot's odometry put where truth has its first keyframe. After: deformed by lmo
-to the team's solution, put where the trajectories' joint alignment has it, and nothing of its own.
+to the team's solution, put where the trajectories' joint alignment has it, and nothing of its own. Completeness is the
+mean distance to the mesh from what the robots' depth cameras could see.
 """
 
 import os
@@ -26,7 +27,8 @@ def measure(facts, run, results):
                                       ("after", after, [results.T_truth_W] * len(robots))):
             placed = [mesh.moved(frame) if mesh and frame else None for mesh, frame in zip(meshes, frames)]
             whole = ply.merged(placed) if all(placed) else None
-            scores[stage] = [_score(run, mesh, work) for mesh in (*placed, whole)]
+            truths = [*([robot.truth] for robot in run.robots), [robot.truth for robot in run.robots]]
+            scores[stage] = [_score(run, mesh, seen_from, work) for mesh, seen_from in zip((*placed, whole), truths)]
         for robot, old, new in zip((*robots, "merged"), scores["before"], scores["after"]):
             entries.append({"robot": robot, "error_before_m": old.get("error_m"), "error_after_m": new.get("error_m"),
                             "completeness_after_m": new.get("completeness_m"), "labels_before": old.get("labels"),
@@ -49,12 +51,12 @@ def _odometry(results, robot):
     return None if first is None else results.T_truth_O[robot, first]
 
 
-def _score(run, mesh, work):
-    if not mesh:
+def _score(run, mesh, seen_from, work):
+    if not mesh or not len(mesh.corners):
         return {}
     file = os.path.join(work, "mesh.ply")
     ply.write(file, mesh)
-    return evaluation.evaluate_mesh(file, run.recording.truth("world.ply"))
+    return evaluation.evaluate_mesh(file, run.recording.truth("world.ply"), seen_from, run.world.file)
 
 
 def _remarks(entry, facts):

@@ -135,7 +135,7 @@ def _robots(facts):
 def _meshes(facts):
     heads = ["robot", "error before", "after", "completeness", "labels right before", "after"]
     rows = [[each["robot"], metres(each["error_before_m"]), metres(each["error_after_m"]),
-             share(each["completeness_after_m"]), share(each["labels_before"]), share(each["labels_after"])]
+             metres(each["completeness_after_m"]), share(each["labels_before"]), share(each["labels_after"])]
             for each in facts["mesh"]]
     return _table(heads, rows)
 

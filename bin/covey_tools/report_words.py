@@ -54,7 +54,7 @@ def table(facts):
         lines += ["", f"{'mesh':>6}  {'error before':>12}  {'after':>8}  {'completeness':>12}  {'labels before':>13}  "
                       f"{'after':>8}"]
         lines += [f"{each['robot']:>6}  {metres(each['error_before_m']):>12}  {metres(each['error_after_m']):>8}  "
-                  f"{share(each['completeness_after_m']):>12}  {share(each['labels_before']):>13}  "
+                  f"{metres(each['completeness_after_m']):>12}  {share(each['labels_before']):>13}  "
                   f"{share(each['labels_after']):>8}" for each in facts["mesh"]]
     lines += ["", *(f"{name:17} {text}" for name, text in _headlines(facts))]
     lines += [f"remark: {remark}" for remark in facts.get("remarks", [])]

@@ -314,8 +314,8 @@ class SensorReportTest(Folder, unittest.TestCase):
         recording = recordings.Recording(self.folder, 3, None)
         run = report.Run(self.folder, self.world, self.robots, Outcome(team, "done", [], 80.0, 40.0), "ideal.yaml", 1,
                          recording)
-        scores = iter([{"error_m": 0.2, "completeness": 0.5, "labels": 0.9}] * 4
-                      + [{"error_m": error, "completeness": 0.6, "labels": 0.95} for error in (0.1, 0.1, 0.3, 0.1)])
+        scores = iter([{"error_m": 0.2, "completeness_m": 0.5, "labels": 0.9}] * 4
+                      + [{"error_m": error, "completeness_m": 0.6, "labels": 0.95} for error in (0.1, 0.1, 0.3, 0.1)])
         with contextlib.ExitStack() as patches:
             patches.enter_context(mock.patch.object(evaluation, "evaluate_mesh", lambda *_: next(scores)))
             if not draw:
@@ -348,6 +348,7 @@ class SensorReportTest(Folder, unittest.TestCase):
         mesh = found["mesh"]
         self.assertEqual([each["robot"] for each in mesh], [0, 1, 2, "merged"])
         self.assertEqual((mesh[0]["error_before_m"], mesh[0]["error_after_m"]), (0.2, 0.1))
+        self.assertEqual(mesh[3]["completeness_after_m"], 0.6)
         self.assertEqual(len(found["remarks"]), 1)
         self.assertIn("mesh error of robot 2 is 0.300 after optimisation and 0.200 before", found["remarks"][0])
         self.assertEqual(len(ply.read(self.path("mesh", "merged.ply")).vertices), 9)
