@@ -16,7 +16,9 @@ using graph::Vector;
 
 constexpr Key kPose{'x', 1};
 constexpr Key kVelocity{'v', 1};
-constexpr double kCauchyWidth = 2.0;  // sigmas
+// Of Cauchy's kernel, in sigmas: of a frame that the IMU has placed already, and of one that nobody has.
+constexpr double kNarrow = 2.0;
+constexpr double kWide = 30.0;
 
 Key landmark_key(std::int64_t track) { return {'l', static_cast<std::uint64_t>(track)}; }
 
@@ -32,35 +34,43 @@ void add_link(const ImuLink& link, const NavState& guess, Graph& graph, Values& 
   for (const Key key : {pose, velocity, bias}) graph.set_constant(key);
 }
 
-void add_views(const StereoRig& rig, const TrackObservation& seen, const Landmark& landmark, Graph& graph,
-               Values& values) {
+void add_views(const StereoRig& rig, const TrackObservation& seen, const Landmark& landmark, double width,
+               Graph& graph, Values& values) {
   const Key key = landmark_key(seen.id);
   values.set(key, Vector<3>(landmark.l));
   graph.set_constant(key);
   const auto noise = Noise<2>::sigma(seen.sigma);
   graph.add(ProjectionFactor{rig.T_L_B, landmark.T_O_A, seen.left}, {kPose, key}, noise,
-            Robust::cauchy(kCauchyWidth));
+            Robust::cauchy(width));
   if (!seen.right) return;
   graph.add(ProjectionFactor{rig.T_R_B, landmark.T_O_A, *seen.right}, {kPose, key}, noise,
-            Robust::cauchy(kCauchyWidth));
+            Robust::cauchy(width));
 }
 
-}  // namespace
-
-FramePose place_frame(const StereoRig& rig, const Landmarks& landmarks, const FrameTracks& frame,
-                      const NavState& guess, const ImuLink* link, double gate) {
+NavState descend(const StereoRig& rig, const Landmarks& landmarks, const FrameTracks& frame,
+                 const NavState& guess, const ImuLink* link, double width) {
   Graph graph;
   Values values;
   values.set(kPose, guess.T_W_B);
   if (link) add_link(*link, guess, graph, values);
   for (const TrackObservation& seen : frame.tracks) {
     const auto landmark = landmarks.find(seen.id);
-    if (landmark != landmarks.end()) add_views(rig, seen, landmark->second, graph, values);
+    if (landmark != landmarks.end()) add_views(rig, seen, landmark->second, width, graph, values);
   }
-  FramePose result{guess, 0, {}};
   graph::solve(graph, values, {.max_iterations = 6, .relative_cost_tolerance = 1e-4});
-  result.state.T_W_B = values.get<SE3>(kPose);
-  if (link) result.state.v_W = values.get<Vector<3>>(kVelocity);
+  NavState state = guess;
+  state.T_W_B = values.get<SE3>(kPose);
+  if (link) state.v_W = values.get<Vector<3>>(kVelocity);
+  return state;
+}
+
+}  // namespace
+
+FramePose place_frame(const StereoRig& rig, const Landmarks& landmarks, const FrameTracks& frame,
+                      const NavState& guess, const ImuLink* link, double gate) {
+  FramePose result{guess, 0, {}};
+  if (!link) result.state = descend(rig, landmarks, frame, guess, nullptr, kWide);
+  result.state = descend(rig, landmarks, frame, result.state, link, kNarrow);
   for (const TrackObservation& seen : frame.tracks) {
     const auto landmark = landmarks.find(seen.id);
     if (landmark == landmarks.end()) continue;

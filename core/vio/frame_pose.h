@@ -25,7 +25,7 @@ struct FramePose {
   std::vector<std::int64_t> outliers;  // tracks that do not
 };
 
-// From `guess` downhill; its bias stays. Without a link the velocity stays, too.
+// From `guess` downhill; its bias stays. Without a link the velocity stays, too, and the guess may be some tenths of a metre off.
 FramePose place_frame(const StereoRig& rig, const Landmarks& landmarks, const FrameTracks& frame,
                       const NavState& guess, const ImuLink* link, double gate);
 

@@ -15,8 +15,9 @@ using graph::Robust;
 using graph::Vector;
 
 constexpr double kGravityTolerance = 0.15;  // of 9.81 m/s^2: the length that the linear system may find
-constexpr double kPositionSigma = 0.005;    // of the images' relative positions, m
-constexpr double kVelocitySigma = 0.02;     // of dv, m/s
+constexpr double kStartGate = 3.0;  // wider: landmarks of a single frame are not where they seem, sideways
+constexpr double kPositionSigma = 0.005;  // of the images' relative positions, m
+constexpr double kVelocitySigma = 0.02;   // of dv, m/s
 
 Key pose_key(std::size_t k) { return {'x', k}; }
 Key landmark_key(std::int64_t track) { return {'l', static_cast<std::uint64_t>(track)}; }
@@ -77,7 +78,8 @@ std::vector<SE3> place_by_images(const Rig& rig, const VioOptions& options,
     guess.T_W_B = poses.back();
     guess.T_W_B.rotation = poses.back().rotation * increments[k - 1].increment().dR;
     if (k > 1) guess.T_W_B.translation += poses[k - 1].translation - poses[k - 2].translation;
-    const FramePose placed = place_frame(stereo, landmarks, frames[k].tracks, guess, nullptr, options.gate);
+    const FramePose placed =
+        place_frame(stereo, landmarks, frames[k].tracks, guess, nullptr, kStartGate * options.gate);
     if (placed.used < options.min_tracks || placed.used < static_cast<int>(placed.outliers.size()))
       return poses;
     poses.push_back(placed.state.T_W_B);

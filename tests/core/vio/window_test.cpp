@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/vio/window.h"
+
+#include <catch2/catch.hpp>
+
+#include "tests/core/vio/tracks.h"
+
+using namespace covey;
+using namespace covey::vio;
+using covey::testing::add_imu_errors;
+using covey::testing::AnalyticMotion;
+using covey::testing::RandomGeometry;
+using covey::testing::sample_imu;
+using covey::testing::stereo_rig;
+using covey::testing::TrackSim;
+using covey::testing::TrackSimOptions;
+
+namespace {
+
+constexpr Utime kSpacing = 200'000;
+
+// Keyframes from the truth, disturbed; the window holds all that options.window lets it.
+struct World {
+  Rig rig = stereo_rig();
+  AnalyticMotion motion;
+  RandomGeometry random{9};
+  TrackSim sim;
+  std::vector<ImuSample> imu;
+  Utime now = 0;
+
+  explicit World(const TrackSimOptions& options = {}) : sim(rig, options) {
+    imu = sample_imu(motion, 0, 40 * kSpacing, 5000);
+    add_imu_errors(rig.imu, {}, random, imu);
+  }
+  NavState guess() {
+    NavState state = motion.state(now);
+    Vector6d xi;
+    xi << random.vector<3>(0.005), random.vector<3>(0.001);
+    state.T_W_B = state.T_W_B * SE3::exp(xi);
+    state.v_W += random.vector<3>(0.05);
+    return state;
+  }
+  void begin(Window& window) { window.begin(sim.see(now, motion.state(now).T_W_B), motion.state(now), {}); }
+  void add(Window& window) {
+    const auto first = static_cast<std::ptrdiff_t>(now / 5000);
+    now += kSpacing;
+    window.add(sim.see(now, motion.state(now).T_W_B), guess(),
+               {imu.begin() + first, imu.begin() + first + 41});
+  }
+  double error_m(const Window& window) const {
+    return (window.newest_state().T_W_B.translation - motion.state(window.newest_utime()).T_W_B.translation)
+        .norm();
+  }
+};
+
+}  // namespace
+
+TEST_CASE("Window: optimising disturbed keyframes finds them and says how well") {
+  World world;
+  Window window(world.rig, {});
+  world.begin(window);
+  for (int k = 0; k < 7; ++k) world.add(window);
+  REQUIRE(window.landmarks_in_newest() > 40);
+  const double before = world.error_m(window);
+  const auto result = window.optimise(20);
+  REQUIRE(result.converged);
+  REQUIRE(world.error_m(window) < std::min(0.015, before));
+  // Whitened residuals: the cost is about their number less that of the unknowns.
+  double residuals = 0.0;
+  for (const graph::FactorId id : window.graph().ids()) residuals += window.graph().factor(id).residual_dim();
+  const double freedom = residuals - 15.0 * static_cast<double>(window.size()) -
+                         3.0 * static_cast<double>(window.landmarks().size());
+  REQUIRE(result.final_cost < 1.3 * freedom);
+  REQUIRE(result.final_cost > 0.6 * freedom);
+  const auto covariance = window.covariance();
+  REQUIRE(covariance);
+  const double sigma = std::sqrt(covariance->diagonal().head<3>().maxCoeff());
+  REQUIRE(sigma < 0.01);
+  REQUIRE(world.error_m(window) < 4.0 * sigma);
+  const auto pair = window.pose_covariance(window.utime(2));
+  REQUIRE(pair);
+  REQUIRE(pair->bottomRightCorner<6, 6>().isApprox(covariance->topLeftCorner<6, 6>(), 1e-6));
+  REQUIRE_FALSE(window.pose_covariance(-1));
+}
+
+TEST_CASE("Window: sliding keeps what was known, and the window small") {
+  World world;
+  Window window(world.rig, {});
+  world.begin(window);
+  for (int k = 0; k < 30; ++k) {
+    world.add(window);
+    window.optimise(6);
+    window.discard_outliers();
+    window.slide(window.newest_utime());
+    REQUIRE(window.size() <= 10);
+    REQUIRE(world.error_m(window) < 0.03);
+  }
+  REQUIRE(window.size() == 10);
+  const auto covariance = window.covariance();
+  REQUIRE(covariance);
+  const double sigma = std::sqrt(covariance->diagonal().head<3>().maxCoeff());
+  REQUIRE(sigma < 0.03);
+  REQUIRE(world.error_m(window) < 4.0 * sigma);
+}
+
+TEST_CASE("Window: views that are off go, the others stay") {
+  World world({.outliers = 0.15});
+  Window window(world.rig, {});
+  world.begin(window);
+  for (int k = 0; k < 6; ++k) world.add(window);
+  window.optimise(20);
+  const std::size_t before = window.landmarks().size();
+  const int gone = window.discard_outliers();
+  REQUIRE(gone > 0);
+  REQUIRE(window.landmarks().size() == before - static_cast<std::size_t>(gone));
+  REQUIRE(window.landmarks().size() > before / 2);
+  window.optimise(20);
+  REQUIRE(world.error_m(window) < 0.01);
+}
+
+TEST_CASE("Window: goes on without tracks") {
+  World world;
+  Window window(world.rig, {});
+  world.begin(window);
+  for (int k = 0; k < 15; ++k) {
+    if (k > 4) world.sim.lose_all();
+    world.add(window);
+    window.optimise(6);
+    window.slide(window.newest_utime());
+  }
+  REQUIRE(window.size() == 10);
+  REQUIRE(window.newest_state().T_W_B.translation.allFinite());
+  REQUIRE(window.covariance());
+}
