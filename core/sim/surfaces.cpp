@@ -167,10 +167,10 @@ void paint_wall(Canvas& canvas, Random& random) {
 
 Canvas paint_asphalt(int side, Random& random) {
   Canvas canvas(side);
-  canvas.fill({105, 105, 110});
+  canvas.fill({125, 125, 128});
   for (int i = 0; i < 9; ++i) {  // mended places
     canvas.rectangle(random.uniform(0, 1), random.uniform(0, 1), random.uniform(0.04, 0.3),
-                     random.uniform(0.04, 0.25), scaled({100, 100, 105}, random.uniform(0.55, 1.35)));
+                     random.uniform(0.04, 0.25), scaled({120, 120, 124}, random.uniform(0.55, 1.35)));
   }
   canvas.mottle(random, 0.22, 2, 9, 0.85);
   canvas.speckle(random, 2600, 0.0015, 0.007, 0.35, 2.1);

@@ -93,8 +93,15 @@ class Town {
             tint()};
   }
   viewer::Rgb tint() {
-    const auto channel = [&] { return static_cast<std::uint8_t>(random_.uniform(195.0, 255.0)); };
+    const auto channel = [&] { return static_cast<std::uint8_t>(random_.uniform(205.0, 255.0)); };
     return {channel(), channel(), channel()};
+  }
+  // Of one shade each, but of one colour.
+  Material surface(const std::vector<int>& layers, Label label, double metres) {
+    Material laid = material(layers, label, metres);
+    const auto shade = static_cast<std::uint8_t>(random_.uniform(200.0, 255.0));
+    laid.tint = {shade, shade, shade};
+    return laid;
   }
   Vector2d junction(int i, int j) const { return {i * options_.block_m, j * options_.block_m}; }
 
@@ -130,14 +137,14 @@ class Town {
         const bool road = kind(i) == 2 || kind(j) == 2;
         const bool plot = kind(i) == 0 && kind(j) == 0;
         // Paving ends where a road crosses it; along the town's rim it crosses the outer plots.
-        const Material surface = road   ? material(palette_.asphalt, Label::kRoad, 4.0)
-                                 : plot ? material(palette_.grass, Label::kGround, 3.0)
-                                        : material(palette_.paving, Label::kPavement, 3.0);
-        patch_of_ground(lines[i], lines[j], lines[i + 1], lines[j + 1], surface);
+        const Material laid = road   ? surface(palette_.asphalt, Label::kRoad, 4.0)
+                              : plot ? surface(palette_.grass, Label::kGround, 3.0)
+                                     : surface(palette_.paving, Label::kPavement, 3.0);
+        patch_of_ground(lines[i], lines[j], lines[i + 1], lines[j + 1], laid);
       }
     }
     // Meadows around.
-    const double far = 45.0;
+    const double far = 6.0;
     const double low = -kOutside;
     const double high = reach_ + kOutside;
     const Material meadow = {palette_.grass[0], Label::kGround, 5.0, {225, 230, 220}};
@@ -261,8 +268,9 @@ class Town {
 
   void car_park(const Vector2d& centre) {
     const double half = 0.5 * options_.block_m - kPlot;
-    patch_of_ground(centre.x() - half, centre.y() - half, centre.x() + half, centre.y() + half,
-                    material(palette_.paving, Label::kPavement, 3.0));
+    const Vector2d reach(half, half);
+    builder_.ground({centre - reach, centre + reach}, 0.01, surface(palette_.paving, Label::kPavement, 3.0),
+                    {random_.uniform(0.0, 1.0), random_.uniform(0.0, 1.0)});
     for (const double y : {-0.5, 0.5}) {
       for (const double x : {-0.6, 0.05, 0.7}) {
         if (random_.chance(0.7))
