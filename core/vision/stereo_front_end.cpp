@@ -29,6 +29,8 @@ FrontEndOptions read_front_end_options(ConfigSection& section) {
   section.read("tracks", options.tracks, 20, 1000);
   section.read("sigma_px", options.sigma_px, 0.05, 10.0);
   section.read("motion_px", options.motion_px, 0.2, 50.0);
+  section.read("refill_frames", options.refill_frames, 1, 100);
+  section.read("search_frames", options.search_frames, 1, 100);
   section.read("window_px", options.flow.window_px, 5, 51);
   section.read("levels", options.flow.levels, 2, 8);
   section.read("return_px", options.flow.return_px, 0.05, 10.0);
@@ -96,7 +98,7 @@ void StereoFrontEnd::follow(const ImagePyramid& left, const SO3& R_cur_prev, Fro
     const auto m = found[i] ? camera_.undistort({found[i]->x, found[i]->y}) : std::nullopt;
     if (!m) continue;
     before.push_back(tracks_[i]);
-    now.push_back({tracks_[i].id, *found[i], *m, tracks_[i].inverse_depth});
+    now.push_back({tracks_[i].id, *found[i], *m, tracks_[i].inverse_depth, tracks_[i].search_in});
   }
   frame.lost_flow = static_cast<int>(tracks_.size() - now.size());
   tracks_ = std::move(now);
@@ -145,23 +147,33 @@ void StereoFrontEnd::thin_out() {
 }
 
 void StereoFrontEnd::add_corners(const ImagePyramid& left, FrontEndFrame& frame) {
+  const bool few = 2 * static_cast<int>(tracks_.size()) < options_.tracks;
+  if (++since_corners_ < options_.refill_frames && !few) return;
+  since_corners_ = 0;
   for (const cv::Point2f& pixel : detect_corners(left.picture(0), pixels_of(tracks_), options_.corners)) {
     if (static_cast<int>(tracks_.size()) >= options_.tracks) break;
     const auto m = camera_.undistort({pixel.x, pixel.y});
     if (!m) continue;
-    tracks_.push_back({next_id_++, pixel, *m, std::nullopt});
+    tracks_.push_back({next_id_++, pixel, *m, std::nullopt, 0});
     ++frame.detected;
   }
 }
 
 void StereoFrontEnd::match_right(const ImagePyramid& left, const cv::Mat& right, FrontEndFrame& frame) {
   std::vector<StereoQuery> queries;
-  for (const Track& track : tracks_) queries.push_back({track.pixel, track.m, track.inverse_depth});
+  std::vector<std::size_t> asked;
+  for (std::size_t i = 0; i < tracks_.size(); ++i) {
+    Track& track = tracks_[i];
+    if (!track.inverse_depth && track.search_in-- > 0) continue;
+    track.search_in = options_.search_frames - 1;
+    queries.push_back({track.pixel, track.m, track.inverse_depth});
+    asked.push_back(i);
+  }
   const auto matches = matcher_->match(left, build_pyramid(right, options_.flow), queries, options_.flow);
-  for (std::size_t i = 0; i < matches.size(); ++i) {
-    if (!matches[i]) continue;
-    frame.tracks.tracks[i].right = matches[i]->m;
-    tracks_[i].inverse_depth = std::max(0.0, matches[i]->inverse_depth);
+  for (std::size_t k = 0; k < matches.size(); ++k) {
+    if (!matches[k]) continue;
+    frame.tracks.tracks[asked[k]].right = matches[k]->m;
+    tracks_[asked[k]].inverse_depth = std::max(0.0, matches[k]->inverse_depth);
     ++frame.matched;
   }
 }

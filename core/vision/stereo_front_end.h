@@ -5,8 +5,9 @@
 //
 //   1. where a gyroscope says that the camera turned, the tracks of the frame before are looked for (optical_flow.h);
 //   2. tracks that do not move as the still scene does are given up (frame_motion.h), and the younger one of two that ran into each other;
-//   3. cells of the picture with too few tracks get new corners (corners.h);
-//   4. tracks are matched with the right picture, from the depth that they had or by a search (stereo_matcher.h).
+//   3. cells of the picture with too few tracks get new corners (corners.h), every few frames or when half of the tracks are gone;
+//   4. tracks are matched with the right picture, from the depth that they had or by a search (stereo_matcher.h); where a search finds nothing the
+//      next one comes some frames later.
 //
 // Pictures that show nothing (black, white, covered) end all tracks; the next ones begin new ones. Without a right picture tracks go on, and keep the depth
 // that they had for step 2. The same pictures and rotations give the same tracks.
@@ -30,6 +31,8 @@ struct FrontEndOptions {
   int tracks = 180;        // at most
   double sigma_px = 1.0;   // of an observation's coordinate
   double motion_px = 2.0;  // farthest from where the still scene would be
+  int refill_frames = 3;   // new corners are looked for that often
+  int search_frames = 5;   // and tracks without a match searched for in the right picture
   FlowOptions flow;
   CornerOptions corners;
   StereoOptions stereo;
@@ -70,6 +73,7 @@ class StereoFrontEnd {
     cv::Point2f pixel;
     Eigen::Vector2d m;                    // undistorted
     std::optional<double> inverse_depth;  // in this frame's left camera
+    int search_in = 0;                    // frames until the right picture is searched for it
   };
 
   void follow(const ImagePyramid& left, const SO3& R_cur_prev, FrontEndFrame& frame);
@@ -85,6 +89,7 @@ class StereoFrontEnd {
   ImagePyramid left_;          // of the frame before
   std::vector<Track> tracks_;  // by rising id
   std::int64_t next_id_ = 0;
+  int since_corners_ = 0;  // frames since new corners were looked for
 };
 
 }  // namespace covey
