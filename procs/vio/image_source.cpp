@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "procs/vio/image_source.h"
+
+#include <spdlog/spdlog.h>
+
+#include <ctime>
+#include <opencv2/core/utility.hpp>
+#include <utility>
+
+#include "procs/common/channels.h"
+#include "procs/vio/messages.h"
+
+namespace covey {
+namespace {
+
+constexpr std::size_t kMostWaiting = 3;  // pictures
+
+// Of this process, which has one thread: what a frame costs, whoever else is busy.
+double cpu_ms() { return 1e3 * static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
+
+const char* word(vio::VioPhase phase) {
+  switch (phase) {
+    case vio::VioPhase::kStarting:
+      return "initialising";
+    case vio::VioPhase::kTracking:
+      return "tracking";
+    case vio::VioPhase::kCoasting:
+      return "coasting";
+  }
+  return "";
+}
+
+}  // namespace
+
+ImageSource::ImageSource(Process& process, const VioProcessOptions& options, VioOutput& output)
+    : process_(process),
+      output_(output),
+      front_end_(process.rig(), options.front_end),
+      estimator_(process.rig(), options.estimator) {
+  cv::setNumThreads(1);
+  process_.sensor_bus().subscribe(kImu, [this](const imu_t& message) { on_imu(message); });
+  process_.sensor_bus().subscribe(kStereo, [this](const stereo_t& message) { on_stereo(message); },
+                                  {.newest_wins = true, .capacity = kMostWaiting});
+  process_.status().set_phase("waiting");
+}
+
+void ImageSource::on_imu(const imu_t& message) {
+  if (const char* reason = estimator_.add_imu(sample_from(message))) {
+    process_.status().count(fmt::format("dropped/{}/{}", kImu.name, reason));
+    return;
+  }
+  if (const auto state = estimator_.predict()) output_.publish_state(*state);
+  work();
+}
+
+void ImageSource::on_stereo(const stereo_t& message) {
+  if (const char* reason = front_end_.refuse(pictures_from(message))) return drop(reason);
+  if (message.utime <= (waiting_.empty() ? last_frame_ : waiting_.back().utime)) return drop("late");
+  if (waiting_.size() == kMostWaiting) {
+    waiting_.pop_front();
+    drop("no_imu");
+  }
+  waiting_.push_back(message);
+  work();
+}
+
+void ImageSource::work() {
+  while (!waiting_.empty() && waiting_.front().utime <= estimator_.imu_until()) {
+    const stereo_t message = std::move(waiting_.front());
+    waiting_.pop_front();
+    process(message);
+  }
+}
+
+void ImageSource::process(const stereo_t& message) {
+  const double began_ms = cpu_ms();
+  const SO3 R_prev_cur = last_frame_ == 0 ? SO3() : estimator_.predict_rotation(last_frame_, message.utime);
+  const FrontEndFrame seen = front_end_.process(pictures_from(message), R_prev_cur);
+  last_frame_ = message.utime;
+  const double seen_ms = cpu_ms();
+  const vio::VioFrame frame = estimator_.add_frame(seen.tracks);
+  Status& status = process_.status();
+  status.sample("front_end_ms", seen_ms - began_ms);
+  status.sample("frame_ms", cpu_ms() - began_ms);
+  status.gauge("tracks", static_cast<double>(seen.tracks.tracks.size()));
+  status.gauge("tracks_stereo", seen.matched);
+  take(frame);
+}
+
+void ImageSource::take(const vio::VioFrame& frame) {
+  Status& status = process_.status();
+  if (frame.dropped != nullptr) return drop(frame.dropped);
+  status.count("frames");
+  status.gauge("tracks_used", frame.health.used);
+  status.gauge("tracks_outliers", frame.health.outliers);
+  status.gauge("coasting_s", frame.health.coasting_s);
+  for (const vio::VioState& state : frame.states) output_.add_to_trajectory(state);
+  for (const vio::VioKeyframe& keyframe : frame.keyframes) output_.publish_keyframe(keyframe);
+  status.set_phase(word(frame.health.phase));
+  if (frame.health.trouble == trouble_) return;
+  trouble_ = frame.health.trouble;
+  spdlog::warn("{}", trouble_);
+}
+
+void ImageSource::drop(const char* reason) {
+  process_.status().count(fmt::format("dropped/{}/{}", kStereo.name, reason));
+  process_.status().count("frames_dropped");
+}
+
+}  // namespace covey

@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+// Visual-inertial odometry from IMU and STEREO: front end (core/vision), then estimator (core/vio). A picture is worked on as soon as an IMU sample of its time or
+// later is there; the newest few wait for that, and win over older ones when the process falls behind.
+
+#include <deque>
+#include <string>
+
+#include "core/vio/estimator.h"
+#include "core/vision/stereo_front_end.h"
+#include "procs/common/process.h"
+#include "procs/vio/options.h"
+#include "procs/vio/output.h"
+
+namespace covey {
+
+class ImageSource {
+ public:
+  ImageSource(Process& process, const VioProcessOptions& options, VioOutput& output);
+
+ private:
+  void on_imu(const imu_t& message);
+  void on_stereo(const stereo_t& message);
+  void work();
+  void process(const stereo_t& message);
+  void take(const vio::VioFrame& frame);
+  void drop(const char* reason);
+
+  Process& process_;
+  VioOutput& output_;
+  StereoFrontEnd front_end_;
+  vio::VioEstimator estimator_;
+  std::deque<stereo_t> waiting_;
+  Utime last_frame_ = 0;
+  std::string trouble_;  // that was last told
+};
+
+}  // namespace covey
