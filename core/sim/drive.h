@@ -24,7 +24,7 @@ struct DriveOptions {
   double suspension_s = 0.12;  // its correlation time
 };
 
-// Metres that a robot gets in this time.
+// Metres that a robot gets in this time, along the path with its corners; round them it is as much slower as its way is shorter.
 double driven_length(const DriveOptions& options, double seconds);
 
 // path: corners in W, on the ground, no two successive ones equal; longer than what is driven. The motion is known from begin to begin +

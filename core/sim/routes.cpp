@@ -23,7 +23,8 @@ struct Walk {
 
 struct Visit {
   Cell cell;
-  double driven_m = 0.0;
+  Cell opposite;      // the same metre of street on the other lane
+  double when = 0.0;  // share of the robot's way that is driven
 };
 
 struct Route {
@@ -33,11 +34,9 @@ struct Route {
 
 Eigen::Vector2d right_of(const Eigen::Vector2d& direction) { return {direction.y(), -direction.x()}; }
 
-// What a corner adds to the way: the right-hand lane is shorter to the right and longer to the left, and its rounding cuts some off.
+// What a corner adds to the way: the right-hand lane is shorter to the right and longer to the left.
 double turn_m(const Eigen::Vector2d& in, const Eigen::Vector2d& out, double lane_m) {
-  constexpr double kRounding = 0.75;
-  const double right = out.dot(right_of(in));
-  return -2.0 * lane_m * right - kRounding * std::abs(right);
+  return -2.0 * lane_m * out.dot(right_of(in));
 }
 
 class Streets {
@@ -77,7 +76,10 @@ class Streets {
       const int to = walk.junctions[k + 1];
       if (k > 0) driven_m += turn_m(along(walk.junctions[k - 1], from), along(from, to), lane_m);
       for (; along_m < length(from, to); along_m += 1.0, driven_m += 1.0) {
-        if (driven_m < length_m) route.visits.push_back({{from, to, static_cast<int>(along_m)}, driven_m});
+        if (driven_m >= length_m) continue;
+        route.visits.push_back({{from, to, static_cast<int>(along_m)},
+                                {to, from, static_cast<int>(length(from, to) - along_m)},
+                                driven_m / length_m});
       }
       along_m -= length(from, to);
     }
@@ -114,7 +116,7 @@ class Judge {
   void choose(const Route& route) {
     chosen_.emplace_back();
     for (const Visit& visit : route.visits) {
-      chosen_.back()[visit.cell].push_back(visit.driven_m);
+      chosen_.back()[visit.cell].push_back(visit.when);
       seen_.insert(visit.cell);
     }
   }
@@ -132,33 +134,45 @@ class Judge {
         ++fresh;
       }
     }
-    return score + kShared * std::min<double>(again, options_.shared_m) + fresh;
+    return score + kAgain * std::min<double>(again, options_.again_m) + kFresh * fresh;
   }
 
  private:
-  // A metre shared is worth many that are new; sharing early is worth a little.
+  // A metre shared is worth several that are new; sharing early is worth a little.
   static constexpr double kShared = 20.0;
-  static constexpr double kEarly = 0.5;
+  static constexpr double kAgain = 30.0;
+  static constexpr double kFresh = 3.0;
+  static constexpr double kEarly = 30.0;
   static constexpr double kCrash = 50.0;
 
-  double score_with(const Route& route, const std::map<Cell, std::vector<double>>& other) const {
+  using Times = std::map<Cell, std::vector<double>>;
+
+  int crashes(const Visit& visit, const Cell& cell, const Times& other, double headway) const {
+    const auto found = other.find(cell);
+    if (found == other.end()) return 0;
+    return static_cast<int>(std::count_if(found->second.begin(), found->second.end(), [&](double then) {
+      return std::abs(visit.when - then) < headway;
+    }));
+  }
+
+  double score_with(const Route& route, const Times& other) const {
+    const double headway = options_.headway_m / options_.lengths_m.front();
     int shared = 0;
-    int crashes = 0;
-    double met_at = options_.length_m;
+    int crashed = 0;
+    double met_at = 1.0;
     for (const Visit& visit : route.visits) {
+      crashed += crashes(visit, visit.opposite, other, headway);
       const auto found = other.find(visit.cell);
       if (found == other.end()) continue;
+      crashed += crashes(visit, visit.cell, other, headway);
       ++shared;
-      met_at = std::min(met_at, std::max(visit.driven_m, found->second.front()));
-      for (const double then : found->second) {
-        if (std::abs(visit.driven_m - then) < options_.headway_m) ++crashes;
-      }
+      met_at = std::min(met_at, std::max(visit.when, found->second.front()));
     }
-    return kShared * std::min<double>(shared, options_.shared_m) - kEarly * met_at - kCrash * crashes;
+    return kShared * std::min<double>(shared, options_.shared_m) - kEarly * met_at - kCrash * crashed;
   }
 
   RouteOptions options_;
-  std::vector<std::map<Cell, std::vector<double>>> chosen_;  // metres driven at each cell
+  std::vector<Times> chosen_;  // when each cell is driven
   std::set<Cell> seen_;
 };
 
@@ -177,38 +191,56 @@ std::vector<Eigen::Vector3d> lane(const Streets& streets, const Walk& walk, doub
   return corners;
 }
 
-}  // namespace
-
-std::vector<std::vector<Eigen::Vector3d>> choose_routes(const RoadGraph& roads, const RouteOptions& options) {
-  COVEY_CHECK(!roads.roads.empty());
-  constexpr double kCutCorners = 1.25;  // a walk is at least so much longer than its lane
-  constexpr int kMostMetres = 200'000;  // looked at per robot
-  const Streets streets(roads);
-  const int candidates =
-      std::clamp(static_cast<int>(kMostMetres / options.length_m), 100, options.candidates);
-  Random random(options.seed);
-  Judge judge(options);
-  std::vector<std::vector<Eigen::Vector3d>> routes;
-  const double walk_m = kCutCorners * options.length_m + 10.0;
+struct Team {
   std::vector<Walk> walks;
-  for (int r = 0; r < options.robots; ++r) {
+  double score = 0.0;
+};
+
+Team choose_team(const Streets& streets, const RouteOptions& options, int candidates, Random& random) {
+  constexpr double kCutCorners = 1.25;  // a walk is at least so much longer than its lane
+  Judge judge(options);
+  Team team;
+  for (const double length_m : options.lengths_m) {
+    const double walk_m = kCutCorners * length_m + 10.0;
     Route best;
     double best_score = -std::numeric_limits<double>::infinity();
     for (int k = 0; k < candidates; ++k) {
-      const bool alone = walks.empty() || random.chance(0.3);
-      const Walk walk = alone ? streets.random_walk(walk_m, random)
-                              : streets.random_walk_after(walks[random.below(static_cast<int>(walks.size()))],
-                                                          walk_m, random);
-      const Route route = streets.route(walk, options.length_m, options.lane_m);
+      const bool alone = team.walks.empty() || random.chance(0.3);
+      const Walk walk =
+          alone ? streets.random_walk(walk_m, random)
+                : streets.random_walk_after(team.walks[random.below(static_cast<int>(team.walks.size()))],
+                                            walk_m, random);
+      const Route route = streets.route(walk, length_m, options.lane_m);
       const double score = judge.score(route);
       if (score <= best_score) continue;
       best = route;
       best_score = score;
     }
     judge.choose(best);
-    walks.push_back(best.walk);
-    routes.push_back(lane(streets, best.walk, options.lane_m));
+    team.walks.push_back(best.walk);
+    team.score += best_score;
   }
+  return team;
+}
+
+}  // namespace
+
+std::vector<std::vector<Eigen::Vector3d>> choose_routes(const RoadGraph& roads, const RouteOptions& options) {
+  COVEY_CHECK(!roads.roads.empty() && !options.lengths_m.empty());
+  constexpr double kMostMetres = 4e6;  // that are looked at in all
+  const Streets streets(roads);
+  Random random(options.seed);
+  const double longest_m = *std::max_element(options.lengths_m.begin(), options.lengths_m.end());
+  const double routes_looked_at = kMostMetres / longest_m / static_cast<double>(options.lengths_m.size());
+  const int candidates = std::clamp(static_cast<int>(routes_looked_at), 100, options.candidates);
+  const int teams = std::clamp(static_cast<int>(routes_looked_at / candidates), 1, options.teams);
+  Team best = choose_team(streets, options, candidates, random);
+  for (int k = 1; k < teams; ++k) {
+    Team team = choose_team(streets, options, candidates, random);
+    if (team.score > best.score) best = std::move(team);
+  }
+  std::vector<std::vector<Eigen::Vector3d>> routes;
+  for (const Walk& walk : best.walks) routes.push_back(lane(streets, walk, options.lane_m));
   return routes;
 }
 

@@ -3,7 +3,7 @@
 
 // Where the robots of a team drive: walks through the streets of a town, on the right-hand side, that meet. Routes are drawn robot after
 // robot; of many random walks that do not turn back, each robot takes the one that shares most lane with every robot before it (same place
-// and same direction, at another time), drives some lane of its own twice, meets early, and sees most that nobody else sees.
+// and same direction, at another time), drives some lane of its own twice, meets early, and sees most that nobody else sees. Of several such teams the best is taken.
 
 #include <Eigen/Core>
 #include <cstdint>
@@ -14,13 +14,14 @@
 namespace covey::sim {
 
 struct RouteOptions {
-  int robots = 3;
-  double length_m = 60.0;  // of every route, at least
+  std::vector<double> lengths_m = {60.0, 60.0, 60.0};  // per robot, in one and the same time
   std::uint64_t seed = 1;
-  double lane_m = 0.8;     // of the lane from the street's centre line
-  double shared_m = 10.0;  // with each other robot, and with itself: more is not sought
-  double headway_m = 5.0;  // between two robots on one lane
-  int candidates = 3000;   // per robot; fewer for long routes
+  double lane_m = 0.25;    // of the lane from the street's centre line
+  double shared_m = 10.0;  // with each other robot: more is not sought
+  double again_m = 7.0;    // driven twice by one robot, likewise
+  double headway_m = 5.0;  // between two robots on one street
+  int teams = 8;           // that are drawn, the best is taken; fewer for long routes
+  int candidates = 1500;   // per robot of each, likewise
 };
 
 // Corners in W on the ground z = 0, per robot. The road graph must have streets, and from every junction a way on.

@@ -29,13 +29,12 @@ Scenario make_town_scenario(const ScenarioOptions& options) {
   scenario.robots = options.robots;
 
   std::vector<DriveOptions> drives;
-  RouteOptions routes{.robots = options.robots, .seed = seed_for(options.seed, Purpose::kRoutes)};
-  routes.length_m = 0.0;
+  RouteOptions routes{.lengths_m = {}, .seed = seed_for(options.seed, Purpose::kRoutes)};
   for (int r = 0; r < options.robots; ++r) {
     DriveOptions drive_options;
-    drive_options.speed = Random(seed_for(options.seed, Purpose::kSpeed, r)).uniform(1.3, 1.5);
+    drive_options.speed = Random(seed_for(options.seed, Purpose::kSpeed, r)).uniform(1.4, 1.5);
     drives.push_back(drive_options);
-    routes.length_m = std::max(routes.length_m, driven_length(drive_options, options.seconds));
+    routes.lengths_m.push_back(driven_length(drive_options, options.seconds));
   }
   scenario.ride = [options, drives, paths = choose_routes(scenario.world.roads, routes)](int robot) {
     Ride ride;

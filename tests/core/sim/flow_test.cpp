@@ -106,7 +106,7 @@ TEST_CASE("pictures, depth and motion of a drive fit each other") {
   const MeshWorld town = make_town({.seed = 1, .blocks = 2, .block_m = 14.0, .texture_side = 256});
   const Rig rig = read_rig(kSensors / "rover.yaml");
   SensorCameras cameras(town, rig, {.depth_noise_m = 0.0});
-  const auto routes = choose_routes(town.roads, {.robots = 1, .length_m = driven_length({}, 30.0)});
+  const auto routes = choose_routes(town.roads, {.lengths_m = {driven_length({}, 30.0)}});
   const Motion motion = drive(routes[0], {}, 0, 30.0, 1);
   std::vector<double> errors;
   for (const Utime t : {8'000'000, 15'000'000, 22'000'000}) {
