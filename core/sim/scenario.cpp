@@ -12,8 +12,6 @@ namespace covey::sim {
 namespace {
 
 constexpr Utime kTownBegin = 1'600'000'000 * kUsPerSecond;
-// Streets 14 m apart: who drives round a block comes back after 40 s.
-constexpr TownOptions kTown{.seed = 1, .blocks = 4, .block_m = 14.0, .texture_side = 512};
 
 enum class Purpose : std::uint64_t { kRoutes = 1, kSpeed, kSuspension, kImu };
 
@@ -22,7 +20,7 @@ std::uint64_t seed_for(std::uint64_t seed, Purpose purpose, int robot = 0) {
 }
 
 Scenario make_town_scenario(const ScenarioOptions& options) {
-  TownOptions town = kTown;
+  TownOptions town;
   town.seed = options.seed;
   Scenario scenario;
   scenario.world = make_town(town);
@@ -92,7 +90,9 @@ Scenario make_euroc_scenario(const ScenarioOptions& options) {
   // EuRoC's own stamp, of the first sample of V1_01's ground truth, for all.
   constexpr Utime kBegin = 1'403'715'273'262'143;
   Scenario scenario;
-  scenario.world = make_room({.seed = options.seed, .texture_side = kTown.texture_side});
+  RoomOptions room;
+  room.seed = options.seed;
+  scenario.world = make_room(room);
   scenario.robots = options.robots;
   scenario.ride = [options, folder](int robot) { return fly(folder, options, kSequences[robot], kBegin); };
   return scenario;
