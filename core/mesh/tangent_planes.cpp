@@ -10,9 +10,12 @@ namespace covey::mesh {
 namespace {
 
 constexpr int kPairs = 3;
+constexpr float kSigmas = 3.0F;  // of noise that is not taken for a bend
 
 struct Slope {
   float per_px = 0.0F;
+  float sum = 0.0F;  // of the neighbours that count
+  int count = 0;
   bool in_the_air = false;
 };
 
@@ -21,6 +24,7 @@ Slope slope_along(const float* w, std::ptrdiff_t step, int before, int after, fl
   const float centre = w[0];
   const float most_bend = 2.0F * tolerance_m * centre * centre;
   const int pairs = std::min({kPairs, before, after});
+  Slope slope;
   float moment = 0.0F;
   float squares = 0.0F;
   for (int k = 1; k <= pairs; ++k) {
@@ -29,17 +33,23 @@ Slope slope_along(const float* w, std::ptrdiff_t step, int before, int after, fl
     if (left <= 0.0F || right <= 0.0F || std::abs(left - 2.0F * centre + right) > most_bend) break;
     moment += static_cast<float>(k) * (right - left);
     squares += static_cast<float>(2 * k * k);
+    slope.sum += left + right;
+    slope.count += 2;
   }
-  if (squares > 0.0F) return {moment / squares, false};
-  if (pairs == 0 || w[-step] <= 0.0F || w[step] <= 0.0F) return {};
-  const float z = 1.0F / centre;
-  return {0.0F, std::abs(1.0F / w[-step] - z) > 2.0F * tolerance_m &&
-                    std::abs(1.0F / w[step] - z) > 2.0F * tolerance_m};
+  if (slope.count > 0) {
+    slope.per_px = moment / squares;
+  } else if (pairs > 0 && w[-step] > 0.0F && w[step] > 0.0F) {
+    const float z = 1.0F / centre;
+    slope.in_the_air = std::abs(1.0F / w[-step] - z) > 2.0F * tolerance_m &&
+                       std::abs(1.0F / w[step] - z) > 2.0F * tolerance_m;
+  }
+  return slope;
 }
 
 }  // namespace
 
-void TangentPlanes::compute(const depth_t& image, const DepthCamera& depth_camera, float tolerance_m) {
+void TangentPlanes::compute(const depth_t& image, const DepthCamera& depth_camera,
+                            const PlaneOptions& options) {
   const PinholeCamera& camera = depth_camera.camera;
   const int height = camera.height;
   width_ = camera.width;
@@ -64,15 +74,18 @@ void TangentPlanes::compute(const depth_t& image, const DepthCamera& depth_camer
       const auto i = static_cast<std::size_t>(v * width_ + u);
       const float* w = &inverse_depth_[i];
       if (*w <= 0.0F) continue;
+      const float tolerance_m = options.bend_m + kSigmas * options.noise_m / (*w * *w);
       const Slope along_x = slope_along(w, 1, u, width_ - 1 - u, tolerance_m);
       const Slope along_y = slope_along(w, width_, v, height - 1 - v, tolerance_m);
       if (along_x.in_the_air || along_y.in_the_air) continue;
       const float mx = (static_cast<float>(u) - static_cast<float>(camera.cx)) / fx;
       const float ax = along_x.per_px * fx;
       const float ay = along_y.per_px * fy;
-      const Eigen::Vector3f a(ax, ay, *w - ax * mx - ay * my);
+      const float smooth =
+          (*w + along_x.sum + along_y.sum) / static_cast<float>(1 + along_x.count + along_y.count);
+      const Eigen::Vector3f a(ax, ay, smooth - ax * mx - ay * my);
       planes_[i] = {a, 1.0F / a.norm()};
-      points_[i] = Eigen::Vector3f(mx, my, 1.0F) / *w;
+      points_[i] = Eigen::Vector3f(mx, my, 1.0F) / smooth;
     }
   }
 }

@@ -41,6 +41,7 @@ void read_tsdf(ConfigSection& section, TsdfOptions& options) {
   section.read("truncation_voxels", options.truncation_voxels, 2.0, 8.0);
   section.read("surface_voxels", options.surface_voxels, 1.0, 4.0);
   section.read("most_weight", options.most_weight, 0.1, 1e6);
+  section.read("depth_noise_m", options.depth_noise_m, 0.0, 0.1);
   section.read("memory_mb", options.memory_mb, 1.0, 1500.0);
 }
 
@@ -62,7 +63,7 @@ std::size_t TsdfVolume::bytes() const {
 Integration TsdfVolume::integrate(const depth_t& image, const DepthCamera& camera, const SE3& T_O_C,
                                   int keyframe) {
   Integration result;
-  planes_.compute(image, camera, 0.5F * truncation_m_);
+  planes_.compute(image, camera, {0.5F * truncation_m_, static_cast<float>(options_.depth_noise_m)});
   const SE3 T_C_O = T_O_C.inverse();
   const std::size_t pixels = image.depth_mm.size();
   const View view{.image = image,

@@ -30,8 +30,9 @@ struct TsdfOptions {
   double truncation_voxels = 4.0;
   double surface_voxels =
       2.0;  // labels and colours so near to a surface only; marching cubes reads no farther than 1
-  double most_weight = 50.0;  // 1/m^2: what was seen long ago can still be changed
-  double memory_mb = 400.0;   // of blocks
+  double most_weight = 50.0;     // 1/m^2: what was seen long ago can still be changed
+  double depth_noise_m = 0.002;  // sigma at 1 m; grows with the square of depth
+  double memory_mb = 400.0;      // of blocks
 };
 void read_tsdf(ConfigSection& section, TsdfOptions& options);
 

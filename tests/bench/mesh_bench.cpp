@@ -74,7 +74,7 @@ void mesh_changes(benchmark::State& state, const Walk& walk, double voxel_m) {
 void tangent_planes(benchmark::State& state) {
   const Walk walk = street();
   TangentPlanes planes;
-  for (auto _ : state) planes.compute(walk.images[0], walk.camera, 0.3F);
+  for (auto _ : state) planes.compute(walk.images[0], walk.camera);
 }
 BENCHMARK(tangent_planes)->Unit(benchmark::kMillisecond);
 

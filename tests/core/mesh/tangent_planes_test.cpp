@@ -14,7 +14,7 @@ TEST_CASE("Tangent planes of a plane are that plane, also seen at grazing angles
   const SE3 T_O_C = look_at({0, 0, 0.6}, {5, 0, 0.6});
   const depth_t image = render(camera, T_O_C, plane(Eigen::Vector3d::UnitZ(), 0.0));
   TangentPlanes planes;
-  planes.compute(image, camera, 0.3F);
+  planes.compute(image, camera);
   for (int v = 70; v < camera.camera.height - 2; v += 3) {  // 8 m and nearer
     for (int u = 2; u < camera.camera.width - 2; u += 7) {
       const TangentPlane& found = planes.at(u, v);
@@ -35,7 +35,7 @@ TEST_CASE("Planes do not reach across a depth discontinuity and pixels in the ai
     image.depth_mm[static_cast<std::size_t>(v * width + 90)] = 4000;  // a mixture of the two
   }
   TangentPlanes planes;
-  planes.compute(image, camera, 0.2F);
+  planes.compute(image, camera);
   CHECK(planes.at(89, 60).distance == Approx(2.0).epsilon(1e-3));
   CHECK(planes.at(90, 60).distance == 0.0F);
   CHECK(planes.at(91, 60).distance == Approx(6.0).epsilon(1e-3));
@@ -50,7 +50,7 @@ TEST_CASE("Depths that are missing or out of range have no plane") {
   image.depth_mm[2] = 200;
   image.depth_mm[3] = 12'500;
   TangentPlanes planes;
-  planes.compute(image, camera, 0.2F);
+  planes.compute(image, camera);
   for (int u = 0; u < 4; ++u) CHECK(planes.at(u, 0).distance == 0.0F);
   CHECK(planes.at(4, 0).distance > 0.0F);
 }
