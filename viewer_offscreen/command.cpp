@@ -26,6 +26,8 @@ struct Arguments {
   std::string size = "1600x1200";
   std::string view = "both";
   std::string colour_by = "auto";
+  std::string mesh_colour;
+  std::string labels;
   std::string out;
   ObliqueOptions oblique;
   bool solid = false;
@@ -59,6 +61,12 @@ Arguments parse_arguments(int argc, const char* const* argv) {
   app.add_option("--colour-by", arguments.colour_by, "auto: meshes by their colours, else by their labels")
       ->check(CLI::IsMember({"auto", "robot", "label", "height"}))
       ->capture_default_str();
+  app.add_option("--mesh-colour", arguments.mesh_colour,
+                 "of the meshes alone, over trajectories that are coloured by robot")
+      ->check(CLI::IsMember({"rgb", "label", "height", "robot"}));
+  app.add_option("--labels", arguments.labels,
+                 "names of the labels, for the legend: {\"0\": \"ground\", ...}")
+      ->type_name("FILE.json");
   app.add_option("--size", arguments.size, "pixels")->type_name("WIDTHxHEIGHT")->capture_default_str();
   app.add_option("--title", arguments.title, "a line above the picture");
   app.add_option("--azimuth", arguments.oblique.azimuth_deg,
@@ -144,11 +152,14 @@ Curve read_reference(const std::string& argument) {
 FigureContent read_content(const Arguments& arguments) {
   const std::map<std::string, ColourBy> colourings = {{"auto", ColourBy::kAuto},
                                                       {"robot", ColourBy::kRobot},
+                                                      {"rgb", ColourBy::kAuto},
                                                       {"label", ColourBy::kLabel},
                                                       {"height", ColourBy::kHeight}};
   FigureContent content;
   content.title = arguments.title;
   content.colour_by = colourings.at(arguments.colour_by);
+  if (!arguments.mesh_colour.empty()) content.mesh_colour = colourings.at(arguments.mesh_colour);
+  if (!arguments.labels.empty()) content.classes = read_label_classes(arguments.labels);
   for (const std::string& argument : arguments.trajectories)
     content.trajectories.push_back(read_trajectory(argument));
   for (const std::string& argument : arguments.references)

@@ -56,11 +56,12 @@ struct Drawing {
   double unit;                // pixels per pixel of a picture 1200 high
   Eigen::AlignedBox3d box_W;  // of all content
   Eigen::Vector3d origin_W;   // the scene's zero
+  HeightScale heights;        // that colours span
 
   Eigen::Vector3f local(const Eigen::Vector3d& p_W) const { return (p_W - origin_W).cast<float>(); }
   bool by_height() const { return content.colour_by == ColourBy::kHeight; }
   Rgb height_colour_at(double z_W) const {
-    return height_colour((z_W - box_W.min().z()) / std::max(box_W.sizes().z(), 1e-9));
+    return height_colour((z_W - heights.low_m) / std::max(heights.high_m - heights.low_m, 1e-9));
   }
 };
 
@@ -87,7 +88,7 @@ Rgb curve_colour(const std::vector<Curve>& curves, std::size_t index) {
 enum class MeshColouring { kOwn, kRobot, kLabel, kHeight, kPlain };
 
 MeshColouring mesh_colouring(const FigureContent& content, const Mesh& mesh) {
-  switch (content.colour_by) {
+  switch (content.mesh_colour.value_or(content.colour_by)) {
     case ColourBy::kRobot:
       return MeshColouring::kRobot;
     case ColourBy::kHeight:
@@ -119,8 +120,8 @@ Mesh coloured_local(const Drawing& drawing, std::size_t index) {
     if (colouring == MeshColouring::kRobot) {
       mesh.colours[i] = mix(mesh_robot_colour(drawing.content, index), kWhite, 0.45);
     }
-    if (colouring == MeshColouring::kLabel && mesh.labels[i] != kNoLabel)
-      mesh.colours[i] = label_colour(mesh.labels[i]);
+    if (colouring == MeshColouring::kLabel && mesh.labels[i] < kFirstNoLabel)
+      mesh.colours[i] = label_class(drawing.content.classes, mesh.labels[i]).colour;
   }
   return mesh;
 }
@@ -135,6 +136,29 @@ void add_loops(Scene& scene, const Drawing& drawing) {
     }
     scene.add_lines(lines, {look.width_px * drawing.unit, look.layer, LineForm::kSegments});
   }
+}
+
+// Of trajectories all of it, of meshes from the 1st to the 99th percentile.
+HeightScale height_range(const FigureContent& content) {
+  std::vector<double> heights;
+  for (const Mesh& mesh : content.meshes) {
+    for (const Eigen::Vector3f& p : mesh.vertices) heights.push_back(p.z());
+  }
+  Eigen::AlignedBox1d range;
+  if (!heights.empty()) {
+    for (const double part : {0.01, 0.99}) {
+      const auto place = heights.begin() + std::lround(part * static_cast<double>(heights.size() - 1));
+      std::nth_element(heights.begin(), place, heights.end());
+      range.extend(Eigen::Matrix<double, 1, 1>(*place));
+    }
+  }
+  for (const auto* curves : {&content.trajectories, &content.references}) {
+    for (const Curve& curve : *curves) {
+      for (const Eigen::Vector3d& p : curve.points_W) range.extend(Eigen::Matrix<double, 1, 1>(p.z()));
+    }
+  }
+  if (range.isEmpty()) return {};
+  return {range.min().x(), range.max().x()};
 }
 
 std::vector<ColouredPoint> curve_points(const Drawing& drawing, const Curve& curve, Rgb colour) {
@@ -208,14 +232,16 @@ Legend make_legend(const Drawing& drawing) {
     if (mesh_colouring(content, mesh) == MeshColouring::kLabel)
       labels.insert(mesh.labels.begin(), mesh.labels.end());
   }
-  labels.erase(kNoLabel);
+  labels.erase(labels.lower_bound(kFirstNoLabel), labels.end());
   constexpr std::size_t kMostLabels = 20;
   std::size_t shown = 0;
   for (const std::uint16_t label : labels) {
     if (++shown > kMostLabels) break;
-    legend.entries.push_back({fmt::format("label {}", label), label_colour(label), Swatch::kArea, 0.0});
+    const LabelClass known = label_class(content.classes, label);
+    legend.entries.push_back({known.name, known.colour, Swatch::kArea, 0.0});
   }
-  if (drawing.by_height()) legend.heights = HeightScale{drawing.box_W.min().z(), drawing.box_W.max().z()};
+  const bool meshes_by_height = !content.meshes.empty() && content.mesh_colour == ColourBy::kHeight;
+  if (drawing.by_height() || meshes_by_height) legend.heights = drawing.heights;
   return legend;
 }
 
@@ -312,8 +338,13 @@ bool has_content(const FigureContent& content) {
 
 Image draw_figure(Renderer& renderer, const FigureContent& content, View view, const FigureOptions& options) {
   const auto [width, height] = options.size;
-  Drawing drawing = {content, options, view, std::max(0.4, std::min(width / 1600.0, height / 1200.0)),
-                     {},      {}};
+  Drawing drawing = {content,
+                     options,
+                     view,
+                     std::max(0.4, std::min(width / 1600.0, height / 1200.0)),
+                     {},
+                     {},
+                     height_range(content)};
   for_each_point(content, [&](const Eigen::Vector3d& p) { drawing.box_W.extend(p); });
   COVEY_CHECK(!drawing.box_W.isEmpty() && drawing.box_W.sizes().allFinite());
   drawing.origin_W = drawing.box_W.center();

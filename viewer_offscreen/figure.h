@@ -17,6 +17,7 @@
 
 #include "viewer_offscreen/camera.h"
 #include "viewer_offscreen/image.h"
+#include "viewer_offscreen/label_classes.h"
 #include "viewer_offscreen/mesh.h"
 #include "viewer_offscreen/renderer.h"
 
@@ -45,7 +46,7 @@ enum class ColourBy {
   kAuto,    // trajectories by robot; meshes by their colours, else their labels, else grey
   kRobot,   // meshes too: the n-th mesh is the n-th robot's
   kLabel,   // meshes by label
-  kHeight,  // trajectories and meshes by height
+  kHeight,  // trajectories and meshes by height; of a mesh from its 1st to its 99th percentile, so that a stray does not count
 };
 
 struct FigureContent {
@@ -55,6 +56,8 @@ struct FigureContent {
   std::vector<LoopLine> loops;
   std::vector<Mesh> meshes;
   ColourBy colour_by = ColourBy::kAuto;
+  std::optional<ColourBy> mesh_colour;  // of the meshes, where it is not that of the trajectories
+  LabelClasses classes;                 // names and colours of labels
 };
 
 enum class View {

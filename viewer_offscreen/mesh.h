@@ -17,6 +17,8 @@ namespace covey::viewer {
 
 // "No label", in meshes and in rendered label images.
 constexpr std::uint16_t kNoLabel = 0xFFFF;
+// Robots say a label in a byte, and 255 is none: in their meshes it stands for kNoLabel.
+constexpr std::uint16_t kFirstNoLabel = 255;
 
 struct Mesh {
   std::vector<Eigen::Vector3f> vertices;            // metres

@@ -43,9 +43,9 @@ MeshScore score_mesh(const Surface& estimate, const Surface& reference,
   for (const SurfacePoint& sample : estimate.sample(per_m2)) {
     const NearestPoint nearest = reference.nearest(sample.p);
     distances.push_back(nearest.distance_m);
-    if (nearest.point.label >= kFirstUnknownLabel) continue;
+    if (nearest.point.label >= viewer::kFirstNoLabel) continue;
     ++score.compared;
-    labelled += sample.label < kFirstUnknownLabel ? 1 : 0;
+    labelled += sample.label < viewer::kFirstNoLabel ? 1 : 0;
     right += sample.label == nearest.point.label ? 1 : 0;
   }
   score.error = summarise(std::move(distances), per_m2);

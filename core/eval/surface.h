@@ -16,9 +16,6 @@
 
 namespace covey {
 
-// 255 and beyond (viewer::kNoLabel) is no label.
-constexpr std::uint16_t kFirstUnknownLabel = 255;
-
 struct SurfacePoint {
   Eigen::Vector3f p = Eigen::Vector3f::Zero();
   std::uint32_t face = 0;

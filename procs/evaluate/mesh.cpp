@@ -47,7 +47,7 @@ void append(const viewer::Mesh& mesh, viewer::Mesh& whole) {
   whole.colours.insert(whole.colours.end(), mesh.colours.begin(), mesh.colours.end());
   whole.colours.resize(whole.vertices.size(), viewer::Rgb{200, 200, 200});
   whole.labels.insert(whole.labels.end(), mesh.labels.begin(), mesh.labels.end());
-  whole.labels.resize(whole.vertices.size(), kFirstUnknownLabel);
+  whole.labels.resize(whole.vertices.size(), viewer::kFirstNoLabel);
   for (const auto& [a, b, c] : mesh.faces) whole.faces.push_back({first + a, first + b, first + c});
 }
 

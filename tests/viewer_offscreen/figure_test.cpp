@@ -106,6 +106,49 @@ TEST_CASE("a figure of one pose, of loops alone, and of a mesh alone is drawn") 
   CHECK_FALSE(has_content({}));
 }
 
+TEST_CASE("meshes have colours of their own under trajectories by robot, and classes their names") {
+  FigureContent content;
+  content.trajectories.push_back({"a", {{0.0, 0.0, 1.0}, {4.0, 4.0, 1.0}}, std::nullopt});
+  content.meshes.push_back(
+      {{{0, 0, 0}, {6, 0, 0}, {6, 6, 0}, {0, 6, 0}}, {}, {3, 3, 3, 255}, {{0, 1, 2}, {0, 2, 3}}});
+  content.classes[3] = {"kiosk", {1, 2, 250}};
+  content.mesh_colour = ColourBy::kLabel;
+  const Image by_label = draw_figure(shared_renderer(), content, View::kTop, kSmall);
+  CHECK(count(by_label, palette_colour(0), 0) > 20);
+  const int in_legend = count(by_label, {1, 2, 250}, kSmall.size.width - 60);
+  CHECK(in_legend > 5);
+  CHECK(count(by_label, label_colour(3), 0) == 0);
+  content.mesh_colour = ColourBy::kHeight;
+  const Image by_height = draw_figure(shared_renderer(), content, View::kTop, kSmall);
+  CHECK(count(by_height, palette_colour(0), 0) > 20);
+  CHECK(count(by_height, {1, 2, 250}, 0) == 0);
+  // A stray far above leaves the rest its colours: what is high is still yellow.
+  content.trajectories.clear();
+  content.meshes[0] = {};
+  for (std::uint32_t k = 0; k < 400; ++k) {
+    const float x = 0.01F * static_cast<float>(k);
+    for (const float y : {0.0F, 4.0F}) content.meshes[0].vertices.emplace_back(x, y, x);
+    if (k > 0)
+      content.meshes[0].faces.insert(content.meshes[0].faces.end(),
+                                     {{2 * k - 2, 2 * k, 2 * k + 1}, {2 * k - 2, 2 * k + 1, 2 * k - 1}});
+  }
+  const auto yellow = [&] {
+    const Image image = draw_figure(shared_renderer(), content, View::kTop, kSmall);
+    int pixels = 0;
+    for (int row = 0; row < image.height; ++row) {
+      for (int column = 0; column < 300; ++column) {
+        const Rgb at = image.at(column, row);
+        pixels += at.r > 120 && at.g > 150 && at.b < 110 ? 1 : 0;
+      }
+    }
+    return pixels;
+  };
+  const int before = yellow();
+  CHECK(before > 500);
+  content.meshes[0].vertices[400].z() = 500.0F;
+  CHECK(yellow() > 20);  // of a smaller picture of it
+}
+
 TEST_CASE("lengths are round") {
   CHECK(round_length(0.9) == Approx(1.0));
   CHECK(round_length(1.0) == Approx(1.0));
