@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "core/place/minimal_poses.h"
+#include "core/place/overlap.h"
 
 namespace covey::place {
 namespace {
@@ -109,6 +110,11 @@ Verification verify(const FrameFeatures& a, const FrameFeatures& b, const Verifi
   if (!are_spread(a, b, refined->agreeing, options.least_spread)) return refused(result, "spread");
   if (!is_certain(refined->covariance, options)) return refused(result, "sigma");
   if (refined->T_C_D.translation.norm() > options.most_distance_m) return refused(result, "distance");
+
+  const Overlap overlap =
+      overlap_of(a, b, refined->T_C_D, kGather * options.ransac_direction, options.match.most_distance);
+  result.overlap = overlap.share();
+  if (result.overlap < options.least_overlap) return refused(result, "overlap");
 
   result.T_A_B = a.T_B_C * refined->T_C_D * b.T_B_C.inverse();
   const Matrix6d Ad = b.T_B_C.adjoint();

@@ -8,6 +8,7 @@
 //   -> three points in RANSAC: the pose in metres. P3P (Kneip, CVPR 2011) on points with depth in one camera and bearings in the
 //      other, instead of Arun's on points with depth in both: it needs no second depth, and no depth error enters twice
 //   -> refinement with all views and depths of both cameras (pose_refinement.h), which gives the covariance
+//   -> beyond the paper: what the pose foretells must be there (overlap.h), else two places only have a thing in common
 //
 // Both RANSACs are OpenGV's, with a fixed seed: the same features give the same result.
 
@@ -31,6 +32,7 @@ struct VerificationOptions {
   double most_sigma_m = 0.3;   // of the pose: worse is not worth having
   double most_sigma_deg = 3.0;
   double most_distance_m = 10.0;  // between the cameras: beyond that descriptors are not the same any more
+  double least_overlap = 0.28;    // share of what the pose foretells that is found (overlap.h)
   double floor_m = 0.03;  // added to the covariance: calibration, chained odometry, and what RANSAC lets pass
   double floor_deg = 0.3;
 };
@@ -40,9 +42,10 @@ struct Verification {
   int five_point = 0;
   int three_point = 0;
   int inliers = 0;
+  double overlap = 0.0;
   const char* refused =
-      nullptr;  // "matches", "five_point", "three_point", "inliers", "share", "spread", "sigma", "distance"
-  SE3 T_A_B;    // of the bodies; where not refused
+      nullptr;  // "matches", "five_point", "three_point", "inliers", "share", "spread", "sigma", "distance", "overlap"
+  SE3 T_A_B;                               // of the bodies; where not refused
   Matrix6d covariance = Matrix6d::Zero();  // [rho; phi] in B
 };
 

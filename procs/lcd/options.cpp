@@ -44,6 +44,7 @@ void read_verification(ConfigSection& section, const Rig& rig, place::Verificati
   section.read("most_sigma_m", verification.most_sigma_m, 1e-3, 1e3);
   section.read("most_sigma_deg", verification.most_sigma_deg, 1e-3, 180.0);
   section.read("most_distance_m", verification.most_distance_m, 0.1, 1e3);
+  section.read("least_overlap", verification.least_overlap, 0.0, 1.0);
   section.read("floor_m", verification.floor_m, 0.0, 10.0);
   section.read("floor_deg", verification.floor_deg, 0.0, 90.0);
 }

@@ -170,6 +170,26 @@ TEST_CASE("points in one line, and poses that are not certain, are refused") {
   REQUIRE(verify(pair.a, pair.b, strict).refused == std::string("sigma"));
 }
 
+// A house of a type: 60 points that agree, and surroundings that do not.
+TEST_CASE("two places that share a thing are not one") {
+  RandomGeometry random(17);
+  const auto house = testing::make_place(60, random);
+  const auto street = [&] {
+    auto place = testing::make_place(240, random);
+    place.insert(place.end(), house.begin(), house.end());
+    return place;
+  };
+  const SE3 T_W_A = testing::body_behind_camera();
+  const auto a = see(street(), T_W_A, testing::forward_camera(), random);
+  const auto b = see(street(), T_W_A * small_motion(random), testing::forward_camera(), random);
+  const Verification result = verify(a, b);
+  REQUIRE(result.inliers > 30);
+  REQUIRE(result.refused == std::string("overlap"));
+  VerificationOptions trusting;
+  trusting.least_overlap = 0.0;
+  REQUIRE(verify(a, b, trusting).refused == nullptr);
+}
+
 TEST_CASE("features without depth on one side are enough, without any they are not") {
   RandomGeometry random(15);
   Pair pair = make_pair(random);
