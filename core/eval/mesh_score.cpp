@@ -13,12 +13,15 @@ DistanceScore summarise(std::vector<double> distances, double per_m2) {
   score.per_m2 = per_m2;
   if (distances.empty()) return score;
   const double n = static_cast<double>(distances.size());
+  double squares = 0.0;
+  std::array<int, 3> near = {};
   for (const double d : distances) {
     score.mean_m += d / n;
-    score.rms_m += d * d / n;
-    for (std::size_t k = 0; k < kWithinM.size(); ++k) score.within[k] += d <= kWithinM[k] ? 1.0 / n : 0.0;
+    squares += d * d;
+    for (std::size_t k = 0; k < kWithinM.size(); ++k) near[k] += d <= kWithinM[k] ? 1 : 0;
   }
-  score.rms_m = std::sqrt(score.rms_m);
+  score.rms_m = std::sqrt(squares / n);
+  for (std::size_t k = 0; k < kWithinM.size(); ++k) score.within[k] = near[k] / n;
   const auto middle = distances.begin() + static_cast<std::ptrdiff_t>(distances.size() / 2);
   std::nth_element(distances.begin(), middle, distances.end());
   score.median_m = *middle;
