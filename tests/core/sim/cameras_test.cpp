@@ -106,7 +106,7 @@ TEST_CASE("corners in both pictures lie within 0.05 pixels of their projection t
   CHECK((sum / count).norm() < 0.01);
 }
 
-TEST_CASE("depth is exact to a millimetre, labels are exact, and colour is what was painted") {
+TEST_CASE("depth is exact to a millimetre, labels are exact") {
   const Rig rig = lens_rig();
   const Chessboard board = {{SO3::exp(Vector3d(0.5, -0.6, 0.2)), Vector3d(0.2, -0.1, 4.0)}, 3.0};
   SensorCameras cameras(chessboard_world(board, Label::kTable), rig, without_noise());
@@ -117,6 +117,8 @@ TEST_CASE("depth is exact to a millimetre, labels are exact, and colour is what 
   REQUIRE(depth.n_colours == 3 * 376 * 240);
   const SE3 T_P_C = board.T_W_P.inverse() * T_W_B * rig.depth->T_B_C;
   int on_board = 0;
+  int wrong = 0;
+  double farthest_off = 0.0;  // mm
   for (int v = 0; v < 240; ++v) {
     for (int u = 0; u < 376; ++u) {
       const PinholeCamera& camera = rig.depth->camera;
@@ -128,15 +130,16 @@ TEST_CASE("depth is exact to a millimetre, labels are exact, and colour is what 
       const auto i = static_cast<std::size_t>(v * 376 + u);
       if (rim > 0.001) {
         ++on_board;
-        REQUIRE(std::abs(depth.depth_mm[i] - 1e3 * z) <= 1.0);
-        REQUIRE(depth.labels[i] == static_cast<std::uint8_t>(Label::kTable));
+        farthest_off = std::max(farthest_off, std::abs(depth.depth_mm[i] - 1e3 * z));
+        wrong += depth.labels[i] != static_cast<std::uint8_t>(Label::kTable);
       } else if (rim < -0.001) {
-        REQUIRE(depth.depth_mm[i] == 0);
-        REQUIRE(depth.labels[i] == kUnknownLabel);
+        wrong += depth.depth_mm[i] != 0 || depth.labels[i] != kUnknownLabel;
       }
     }
   }
   CHECK(on_board > 10'000);
+  CHECK(farthest_off <= 1.0);
+  CHECK(wrong == 0);
 }
 
 TEST_CASE("depth ends at the camera's range and beside jumps, and its noise grows with the square of depth") {
@@ -187,16 +190,18 @@ TEST_CASE("wrong labels come at the rate that is asked for, and are classes of t
   options.wrong_labels = 0.2;
   SensorCameras cameras(builder.world(), lens_rig(), options);
   double wrong = 0.0;
+  int foreign = 0;
   constexpr int kFrames = 8;
   for (int frame = 0; frame < kFrames; ++frame) {
     const depth_t depth = cameras.depth(SE3{}, frame);
     for (std::size_t i = 0; i < depth.labels.size(); ++i) {
       const Label right = i % 376 < 188 ? Label::kHouse : Label::kTree;
       const Label found = static_cast<Label>(depth.labels[i]);
-      REQUIRE((found == Label::kHouse || found == Label::kTree));
+      foreign += found != Label::kHouse && found != Label::kTree;
       wrong += found != right;
     }
   }
+  CHECK(foreign == 0);
   CHECK(wrong / (kFrames * 376 * 240) == Approx(0.2).margin(0.02));
 }
 
