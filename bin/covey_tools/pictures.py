@@ -12,9 +12,10 @@ import numpy
 
 from covey_tools import evaluation, figures, motion, ply, programs, sensor_view
 
+SIZE = "1600x1200"  # of the viewer's pictures
 _PLAN = "Seen from above. Lines join the two ends of loop closures: green kept, red rejected."
 _TITLES = {"before": "Before: each robot's odometry by itself", "after": "After: the team's solution"}
-_MESHES = (("auto", "mesh_colour", "One mesh of all robots"), ("label", "mesh_labels", "The same by label"),
+_MESHES = (("rgb", "mesh_colour", "One mesh of all robots"), ("label", "mesh_labels", "The same by label"),
            ("height", "mesh_height", "The same by height"))
 
 
@@ -32,7 +33,7 @@ def draw(run, facts, results):
             scene.render()
             shown.append((f"{scene.name}_oblique.png", _TITLES[scene.name]))
         if os.path.exists(run.file("mesh", "merged.ply")):
-            shown += _draw_meshes(run, work, T_picture_W)
+            shown += _draw_meshes(run, work, T_picture_W, scenes[-1] if scenes else None)
     if run.recording:
         sensor_view.draw(run.file("snapshots", "cameras.png"), run.recording.log(0), run.world.seconds / 2,
                          run.recording.truth("labels.json"))
@@ -46,13 +47,13 @@ def draw(run, facts, results):
     return shown
 
 
-def _draw_meshes(run, work, T_picture_W):
+def _draw_meshes(run, work, T_picture_W, scene):
     """The merged mesh in colour, by label and by height, and the simulator's world by label to compare with."""
     upright = os.path.join(work, "merged.ply")
     ply.write(upright, ply.read(run.file("mesh", "merged.ply")).moved(T_picture_W))
     shown = []
-    for colour_by, name, title in _MESHES:
-        _draw_mesh(run, upright, colour_by, name, title)
+    for colour, name, title in _MESHES:
+        _draw_mesh(run, upright, colour, name, title, scene)
         shown.append((f"{name}_oblique.png", f"{title}."))
     world = run.recording.truth("world.ply")
     _draw_mesh(run, world, "label", "world_labels", "The simulator's world by label")
@@ -60,9 +61,11 @@ def _draw_meshes(run, work, T_picture_W):
                     ("world_labels_top.png", "The simulator's world by label, from above: truth.")]
 
 
-def _draw_mesh(run, file, colour_by, name, title):
-    programs.run("viewer_offscreen", ["--mesh", file, "--colour-by", colour_by, "--view", "both", "--title", title,
-                                      "--out", run.file("snapshots", f"{name}.png")])
+def _draw_mesh(run, file, colour, name, title, scene=None):
+    """scene: whose ways are drawn along."""
+    programs.run("viewer_offscreen", ["--mesh", file, "--mesh-colour", colour, "--view", "both", "--title", title,
+                                      "--labels", run.recording.truth("labels.json"), "--size", SIZE,
+                                      "--out", run.file("snapshots", f"{name}.png"), *(scene.ways() if scene else [])])
 
 
 class _Scene:
@@ -87,13 +90,17 @@ class _Scene:
                     for x0, y0, _, x1, y1, _, kind in rows]
         return figures.Panel(_TITLES[self.name], self._ways, closures)
 
+    def ways(self):
+        """The viewer's arguments for them."""
+        return [word for robot, file in self._files.items()
+                for word in ("--trajectory", f"robot {robot}={file},{figures.colour(robot)}")]
+
     def render(self):
         out = self._run.file("snapshots", f"{self.name}.png")
-        arguments = ["--out", out, "--view", "both", "--title", _TITLES[self.name]]
+        arguments = ["--out", out, "--view", "both", "--title", _TITLES[self.name], "--size", SIZE]
         if self.name == "after":  # before, thousands of them would hide the robots' ways
             arguments += ["--loops", self._loops]
-        for robot, file in self._files.items():
-            arguments += ["--trajectory", f"robot {robot}={file},{figures.colour(robot)}"]
+        arguments += self.ways()
         for file in self._truth_files:
             arguments += ["--reference", f"truth={file}"]
         programs.run("viewer_offscreen", arguments)

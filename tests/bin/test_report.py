@@ -196,7 +196,8 @@ class ReportTest(Folder, unittest.TestCase):
             team.take(said("dpgo", robot.id, gauges=done_gauges(robots=3)), 9.0)
             team.take(said("radio_bridge", robot.id, counters={"sent_bytes/dpgo": 1000}), 9.0)
         outcome = Outcome(team, "done", [], 10.0, 40.0)
-        facts = report.make(report.Run(self.folder, self.world, self.robots, outcome, "ideal.yaml", 3))
+        with mock.patch.object(pictures, "SIZE", "480x320"):
+            facts = report.make(report.Run(self.folder, self.world, self.robots, outcome, "ideal.yaml", 3))
         report_page.write(self.folder, facts)
         with open(os.path.join(self.folder, "report.json"), encoding="utf-8") as file:
             return json.load(file)

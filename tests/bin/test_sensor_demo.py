@@ -318,6 +318,7 @@ class SensorReportTest(Folder, unittest.TestCase):
                       + [{"error_m": error, "completeness_m": 0.6, "labels": 0.95} for error in (0.1, 0.1, 0.3, 0.1)])
         with contextlib.ExitStack() as patches:
             patches.enter_context(mock.patch.object(evaluation, "evaluate_mesh", lambda *_: next(scores)))
+            patches.enter_context(mock.patch.object(pictures, "SIZE", "480x320"))
             if not draw:
                 patches.enter_context(mock.patch.object(pictures, "draw", return_value=[]))
             facts = report.make(run)
@@ -385,6 +386,8 @@ class SensorReportTest(Folder, unittest.TestCase):
 
     def test_the_pictures(self):
         ply.write(self.path("truth", "world.ply"), self.triangle())
+        with open(self.path("truth", "labels.json"), "w", encoding="ascii") as file:
+            json.dump({"1": "road", "3": "house"}, file)
         self.record()
         found = self.make(draw=True)
         self.assertEqual(found["notes"], [])
