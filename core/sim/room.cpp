@@ -188,7 +188,8 @@ class Room {
 
   void stack(const Isometry3d& T_W_F, double width) {
     double z = 0.0;
-    for (int i = 0; i < 2 + random_.below(3); ++i) {
+    const int boxes = 2 + random_.below(3);
+    for (int i = 0; i < boxes; ++i) {
       const double height = random_.uniform(0.3, 0.5);
       const double half = 0.5 * width - random_.uniform(0.02, 0.14);
       const Isometry3d T_W_X = T_W_F * Eigen::Translation3d(0.5 * width, -0.55, z) *

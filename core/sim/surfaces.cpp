@@ -128,7 +128,8 @@ void poster(Canvas& canvas, Random& random, double x, double y, double size) {
       }
     }
   }
-  for (int line = 0; line < 2 + random.below(3); ++line) {
+  const int lines = 2 + random.below(3);
+  for (int line = 0; line < lines; ++line) {
     const double height = size * random.uniform(0.05, 0.13);
     const int letters = std::min(4 + random.below(8), static_cast<int>(0.9 * size / (0.75 * height)));
     lettering(canvas, random, x + 0.05 * size, y + place(height), height, letters,
@@ -442,7 +443,8 @@ Canvas paint_facade(int side, Random& random, const Facade& facade) {
       }
     }
   }
-  for (int i = 0; i < random.below(3); ++i) {  // rain pipes
+  const int pipes = random.below(3);
+  for (int i = 0; i < pipes; ++i) {  // rain pipes
     const double x = random.uniform(0.01, 0.97);
     canvas.rectangle(x, 0.0, 0.012, 1.0, scaled(frame, 0.7));
     for (double y = 0.05; y < 1.0; y += 0.13) canvas.rectangle(x - 0.006, y, 0.024, 0.008, {40, 40, 40});
