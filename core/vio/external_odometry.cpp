@@ -76,7 +76,7 @@ void ExternalOdometry::open(const OdometryPose& pose, VioFrame& frame) {
 }
 
 void ExternalOdometry::step(const OdometryPose& pose, VioFrame& frame) {
-  Segment& segment = *segment_;
+  ExternalSegment& segment = *segment_;
   const SE3 T_O_B = segment.T_O_S * pose.T_O_B;
   const SE3 step = segment.T_O_B.inverse() * T_O_B;
   const Matrix6d step_sigma = step_covariance(pose, step);

@@ -35,6 +35,18 @@ struct OdometryPose {
       Matrix6d::Zero();  // of the step since the pose before, [rho; phi] in B; zero: not known
 };
 
+// Since O began.
+struct ExternalSegment {
+  Utime name = 0;
+  SE3 T_O_S;  // S: the sender's frame
+  OdometryPose last;
+  SE3 T_O_B;
+  Matrix6d covariance = Matrix6d::Zero();           // of T_O_B
+  Matrix6d keyframe_covariance = Matrix6d::Zero();  // of the way since the last keyframe
+  VioKeyframe keyframe;                             // the last one
+  int segments = 0;
+};
+
 class ExternalOdometry {
  public:
   ExternalOdometry(const VioOptions& options, const ExternalOdometryOptions& odometry)
@@ -44,17 +56,6 @@ class ExternalOdometry {
   VioFrame add(const OdometryPose& pose);
 
  private:
-  struct Segment {
-    Utime name = 0;
-    SE3 T_O_S;  // S: the sender's frame
-    OdometryPose last;
-    SE3 T_O_B;
-    Matrix6d covariance = Matrix6d::Zero();           // of T_O_B
-    Matrix6d keyframe_covariance = Matrix6d::Zero();  // of the way since the last keyframe
-    VioKeyframe keyframe;                             // the last one
-    int segments = 0;
-  };
-
   void open(const OdometryPose& pose, VioFrame& frame);
   void step(const OdometryPose& pose, VioFrame& frame);
   bool begins_anew(const OdometryPose& pose) const;
@@ -63,7 +64,7 @@ class ExternalOdometry {
 
   VioOptions options_;
   ExternalOdometryOptions odometry_;
-  std::optional<Segment> segment_;
+  std::optional<ExternalSegment> segment_;
 };
 
 }  // namespace covey::vio
