@@ -227,7 +227,7 @@ Team choose_team(const Streets& streets, const RouteOptions& options, int candid
 
 std::vector<std::vector<Eigen::Vector3d>> choose_routes(const RoadGraph& roads, const RouteOptions& options) {
   COVEY_CHECK(!roads.roads.empty() && !options.lengths_m.empty());
-  constexpr double kMostMetres = 4e6;  // that are looked at in all
+  constexpr double kMostMetres = 2.5e6;  // that are looked at in all
   const Streets streets(roads);
   Random random(options.seed);
   const double longest_m = *std::max_element(options.lengths_m.begin(), options.lengths_m.end());

@@ -185,7 +185,7 @@ TEST_CASE("an interrupted run leaves nothing half done") {
     const std::filesystem::path part = output == std::string("--log")
                                            ? std::filesystem::path(target.path.string() + ".part")
                                            : target.path / "mav0.part/cam0/data";
-    for (int k = 0; k < 500 && !std::filesystem::exists(part); ++k)
+    for (int k = 0; k < 3000 && !std::filesystem::exists(part); ++k)
       std::this_thread::sleep_for(std::chrono::milliseconds(20));
     REQUIRE(std::filesystem::exists(part));
     sim.kill(SIGINT);
