@@ -1,26 +1,38 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/graph/marginal.h"
 
+#include <Eigen/Cholesky>
 #include <Eigen/CholmodSupport>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "core/graph/linearise.h"
+#include "core/graph/reduced.h"
 
 namespace covey::graph {
 namespace {
 
 constexpr double kRankTolerance = 1e-12;  // of the largest eigenvalue
 
-// The columns of some variables of a linearisation, side by side.
+// The columns of some variables of a system, side by side.
 struct Columns {
   std::vector<int> index;
 
-  void append(const Linearisation& model, const Values& values, Key key) {
-    for (int c = 0; c < values.type(key).tangent; ++c) index.push_back(model.first_column.at(key) + c);
+  void append(const std::map<Key, int>& first_column, const Values& values, Key key) {
+    for (int c = 0; c < values.type(key).tangent; ++c) index.push_back(first_column.at(key) + c);
   }
 };
+
+std::set<Key> of_kind(const std::vector<Key>& keys, char kind) {
+  std::set<Key> some;
+  if (kind == 0) return some;
+  for (const Key key : keys) {
+    if (key.kind == kind) some.insert(key);
+  }
+  return some;
+}
 
 int total_tangent(const std::vector<VariableType>& types) {
   int sum = 0;
@@ -32,24 +44,6 @@ std::vector<VariableType> types_of(const std::vector<Key>& keys, const Values& v
   std::vector<VariableType> types;
   for (const Key key : keys) types.push_back(values.type(key));
   return types;
-}
-
-// H^-1 B; by Cholesky after scaling to a unit diagonal, and by eigenvalues where that finds directions
-// without information.
-Eigen::MatrixXd solve_semidefinite(const Eigen::MatrixXd& H, const Eigen::MatrixXd& B) {
-  const Eigen::VectorXd scale =
-      H.diagonal().unaryExpr([](double d) { return d > 0.0 ? 1.0 / std::sqrt(d) : 0.0; });
-  const Eigen::MatrixXd scaled = scale.asDiagonal() * H * scale.asDiagonal();
-  const Eigen::LDLT<Eigen::MatrixXd> ldlt(scaled);
-  if (ldlt.info() == Eigen::Success && ldlt.vectorD().minCoeff() > kRankTolerance) {
-    return scale.asDiagonal() * ldlt.solve(scale.asDiagonal() * B);
-  }
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(scaled);
-  const double floor = kRankTolerance * std::max(eigen.eigenvalues().maxCoeff(), 0.0);
-  const Eigen::VectorXd inverse =
-      eigen.eigenvalues().unaryExpr([&](double value) { return value > floor ? 1.0 / value : 0.0; });
-  const Eigen::MatrixXd projected = eigen.eigenvectors().transpose() * (scale.asDiagonal() * B);
-  return scale.asDiagonal() * (eigen.eigenvectors() * (inverse.asDiagonal() * projected));
 }
 
 struct SquareRoot {
@@ -114,36 +108,35 @@ void LinearPrior::evaluate(const double* const* x, double* residual, double* con
 }
 
 std::shared_ptr<const LinearPrior> marginalise(const Graph& graph, const Values& values,
-                                               const std::vector<Key>& removed) {
+                                               const std::vector<Key>& removed, char eliminate_first) {
   const Graph part = factors_touching(graph, removed);
-  const Linearisation model = linearise(part, values);
+  for (const Key key : removed) COVEY_CHECK(!graph.is_constant(key));
+  const ReducedSystem system = reduce(part, values, of_kind(removed, eliminate_first));
   Columns m;
   Columns k;
   std::vector<Key> kept;
-  for (const auto& [key, column] : model.first_column) {
+  for (const auto& [key, column] : system.first_column) {
     if (std::find(removed.begin(), removed.end(), key) != removed.end()) {
-      m.append(model, values, key);
+      m.append(system.first_column, values, key);
     } else {
-      k.append(model, values, key);
+      k.append(system.first_column, values, key);
       kept.push_back(key);
     }
   }
-  for (const Key key : removed) COVEY_CHECK(!graph.is_constant(key));
   if (kept.empty()) return nullptr;
 
-  const Eigen::MatrixXd H = Eigen::MatrixXd(Eigen::SparseMatrix<double>(model.J.transpose() * model.J));
-  const Eigen::VectorXd b = model.J.transpose() * model.r;
-  const Eigen::MatrixXd H_mk = H(m.index, k.index);
-  const Eigen::MatrixXd H_km_inverse = solve_semidefinite(H(m.index, m.index), H_mk).transpose();
-  const Eigen::MatrixXd H_p = H(k.index, k.index) - H_km_inverse * H_mk;
-  const Eigen::VectorXd b_p = b(k.index) - H_km_inverse * b(m.index);
+  const Eigen::MatrixXd H_mk = system.H(m.index, k.index);
+  const Eigen::MatrixXd H_km_inverse = solve_semidefinite(system.H(m.index, m.index), H_mk).transpose();
+  const Eigen::MatrixXd H_p = system.H(k.index, k.index) - H_km_inverse * H_mk;
+  const Eigen::VectorXd b_p = system.b(k.index) - H_km_inverse * system.b(m.index);
   SquareRoot root = square_root(0.5 * (H_p + H_p.transpose()), b_p);
   if (root.A.rows() == 0) return nullptr;
   return std::make_shared<LinearPrior>(kept, values, std::move(root.A), std::move(root.c));
 }
 
-std::optional<FactorId> marginalise_out(Graph& graph, Values& values, const std::vector<Key>& removed) {
-  const auto prior = marginalise(graph, values, removed);
+std::optional<FactorId> marginalise_out(Graph& graph, Values& values, const std::vector<Key>& removed,
+                                        char eliminate_first) {
+  const auto prior = marginalise(graph, values, removed, eliminate_first);
   for (const FactorId id : graph.ids_touching(removed)) graph.remove(id);
   for (const Key key : removed) values.erase(key);
   if (!prior) return std::nullopt;
@@ -156,7 +149,7 @@ std::optional<Eigen::MatrixXd> marginal_covariance(const Graph& graph, const Val
   Columns wanted;
   for (const Key key : keys) {
     COVEY_CHECK(model.first_column.contains(key));
-    wanted.append(model, values, key);
+    wanted.append(model.first_column, values, key);
   }
   const Eigen::SparseMatrix<double> H = model.J.transpose() * model.J;
   Eigen::CholmodSupernodalLLT<Eigen::SparseMatrix<double>> cholesky;
@@ -174,6 +167,31 @@ std::optional<Eigen::MatrixXd> marginal_covariance(const Graph& graph, const Val
   const Eigen::VectorXd inflation = covariance.diagonal().cwiseProduct(information(wanted.index));
   if (!covariance.allFinite() || inflation.maxCoeff() * kRankTolerance > 1.0) return std::nullopt;
   return 0.5 * (covariance + covariance.transpose());
+}
+
+DenseMarginals::DenseMarginals(const Graph& graph, const Values& values, char eliminate_first) {
+  const ReducedSystem system = reduce(graph, values, of_kind(graph.keys(), eliminate_first));
+  for (const auto& [key, column] : system.first_column) columns_[key] = {column, values.type(key).tangent};
+  // Unknowns in units of what their own factors allow: then the diagonal of the inverse says how much worse they are known.
+  scale_ = system.H.diagonal().cwiseMax(std::numeric_limits<double>::min()).cwiseSqrt().cwiseInverse();
+  cholesky_.compute(scale_.asDiagonal() * system.H * scale_.asDiagonal());
+}
+
+std::optional<Eigen::MatrixXd> DenseMarginals::covariance(const std::vector<Key>& keys) const {
+  std::vector<int> wanted;
+  for (const Key key : keys) {
+    COVEY_CHECK(columns_.contains(key));
+    const Columns& columns = columns_.at(key);
+    for (int c = 0; c < columns.count; ++c) wanted.push_back(columns.first + c);
+  }
+  if (cholesky_.info() != Eigen::Success) return std::nullopt;
+  Eigen::MatrixXd root = Eigen::MatrixXd::Zero(scale_.size(), static_cast<Eigen::Index>(wanted.size()));
+  for (std::size_t c = 0; c < wanted.size(); ++c) root(wanted[c], static_cast<Eigen::Index>(c)) = 1.0;
+  cholesky_.matrixL().solveInPlace(root);
+  const Eigen::MatrixXd scaled = root.transpose() * root;
+  if (!scaled.allFinite() || scaled.diagonal().maxCoeff() * kRankTolerance > 1.0) return std::nullopt;
+  const Eigen::VectorXd scale = scale_(wanted);
+  return scale.asDiagonal() * scaled * scale.asDiagonal();
 }
 
 }  // namespace covey::graph

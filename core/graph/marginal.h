@@ -14,6 +14,8 @@
 // (pseudo-inverse). Source: Sibley, Matthies, Sukhatme, "Sliding window filter with application to planetary
 // landing", JFR 2010.
 
+#include <Eigen/Cholesky>
+#include <map>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -41,18 +43,39 @@ class LinearPrior final : public Factor {
 
 // The prior that replaces every factor that touches `removed`; null when these share no variable with the
 // rest. The graph is not changed. Constant variables are conditioned on: they are not part of the prior and
-// may not be removed.
+// may not be removed. Where many of the removed variables are small and share no factors with each other, they
+// go first, one by one, if their kind (Key::kind) is given: the same prior in less time.
 std::shared_ptr<const LinearPrior> marginalise(const Graph& graph, const Values& values,
-                                               const std::vector<Key>& removed);
+                                               const std::vector<Key>& removed, char eliminate_first = 0);
 
 // Does it: removes these factors and variables and adds the prior. Returns the prior's id, or nothing if
 // there is none.
-std::optional<FactorId> marginalise_out(Graph& graph, Values& values, const std::vector<Key>& removed);
+std::optional<FactorId> marginalise_out(Graph& graph, Values& values, const std::vector<Key>& removed,
+                                        char eliminate_first = 0);
 
 // The joint covariance of some variables, in their tangent spaces at the values, in the order asked for (each
 // once). All other variables are marginalised, constant ones are certain and may not be asked for. Nothing if
 // the graph does not determine its variables (no gauge).
 std::optional<Eigen::MatrixXd> marginal_covariance(const Graph& graph, const Values& values,
                                                    const std::vector<Key>& keys);
+
+// The same for graphs as in reduced.h, and for several questions at one cost: variables of one kind are eliminated
+// first, and what is left is factorised once, as a dense matrix.
+class DenseMarginals {
+ public:
+  DenseMarginals(const Graph& graph, const Values& values, char eliminate_first);
+
+  // As marginal_covariance(); not of variables of the eliminated kind.
+  std::optional<Eigen::MatrixXd> covariance(const std::vector<Key>& keys) const;
+
+ private:
+  struct Columns {
+    int first = 0;
+    int count = 0;
+  };
+  std::map<Key, Columns> columns_;
+  Eigen::VectorXd scale_;
+  Eigen::LLT<Eigen::MatrixXd> cholesky_;
+};
 
 }  // namespace covey::graph

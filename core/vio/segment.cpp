@@ -144,14 +144,17 @@ void Segment::cut_team_keyframe(VioFrame& result) {
   VioKeyframe keyframe;
   keyframe.utime = last_utime_;
   keyframe.segment = name_;
-  keyframe.id = team_keyframes_++;
+  keyframe.id = team_keyframes_;
   keyframe.T_O_K = last_.T_W_B;
   if (keyframe.id > 0) {
-    const auto covariance = window_.pose_covariance(team_utime_);
     const auto T_O_P = window_.pose_at(team_utime_);
+    const auto covariance = window_.pose_covariance(team_utime_);
+    if (!T_O_P || !covariance)
+      return;  // the next keyframe tries again; when P has left the window, trouble() says so
     keyframe.T_P_K = T_O_P->inverse() * keyframe.T_O_K;
     keyframe.covariance = relative_covariance(options_, keyframe.T_P_K, *covariance);
   }
+  ++team_keyframes_;
   keyframe.gravity_K = gravity_direction(keyframe.T_O_K);
   keyframe.gravity_sigma_rad = gravity_sigma(keyframe.T_O_K, last_covariance_.topLeftCorner<6, 6>());
   result.keyframes.push_back(keyframe);
@@ -172,6 +175,7 @@ const char* Segment::trouble() const {
   if (last_.v_W.norm() > kFastest) return "the estimate runs away";
   if (last_.bias.gyro.norm() > kLargestGyroBias || last_.bias.accel.norm() > kLargestAccelBias)
     return "the estimated bias is impossible";
+  if (!window_.pose_at(team_utime_)) return "the keyframes' chain is broken";
   if (to_seconds(last_utime_ - last_used_utime_) > options_.coast_s) return "too long without images";
   return nullptr;
 }

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 
-#include "core/graph/marginal.h"
 #include "core/graph/pose_factors.h"
 #include "core/imu/imu_factor.h"
 #include "core/vio/triangulate.h"
@@ -61,6 +60,7 @@ void Window::begin(const FrameTracks& frame, const NavState& state, const Window
 }
 
 void Window::insert(Keyframe keyframe, const NavState& state) {
+  marginals_.reset();
   keyframe.id = next_id_++;
   values_.set(pose_key(keyframe.id), state.T_W_B);
   values_.set(velocity_key(keyframe.id), Vector<3>(state.v_W));
@@ -140,6 +140,7 @@ void Window::add_landmarks() {
 }
 
 graph::SolveResult Window::optimise(int iterations) {
+  marginals_.reset();
   return graph::solve(graph_, values_,
                       {.max_iterations = iterations,
                        .relative_cost_tolerance = 1e-4,
@@ -148,6 +149,7 @@ graph::SolveResult Window::optimise(int iterations) {
 }
 
 int Window::discard_outliers() {
+  marginals_.reset();
   const double limit = options_.gate * options_.gate;
   std::vector<std::int64_t> bad;
   for (auto& [track, entry] : landmarks_) {
@@ -167,6 +169,7 @@ int Window::discard_outliers() {
 }
 
 void Window::slide(Utime kept) {
+  marginals_.reset();
   while (size() > static_cast<std::size_t>(options_.window)) {
     const std::size_t k = choose_to_leave(kept);
     if (k == 0) {
@@ -214,7 +217,7 @@ void Window::marginalise_oldest() {
   }
   for (const std::int64_t track : without_views) remove_landmark(track);
   for (const std::int64_t track : gone) landmarks_.erase(track);
-  graph::marginalise_out(graph_, values_, removed);
+  graph::marginalise_out(graph_, values_, removed, 'l');
   keyframes_.erase(keyframes_.begin());
 }
 
@@ -271,19 +274,22 @@ std::size_t Window::landmarks_in_newest() const {
   }));
 }
 
-std::optional<Matrix15d> Window::covariance() const {
+const graph::DenseMarginals& Window::marginals() {
+  if (!marginals_) marginals_.emplace(graph_, values_, 'l');
+  return *marginals_;
+}
+
+std::optional<Matrix15d> Window::covariance() {
   const std::uint64_t id = keyframes_.back().id;
-  const auto covariance =
-      graph::marginal_covariance(graph_, values_, {pose_key(id), velocity_key(id), bias_key(id)});
+  const auto covariance = marginals().covariance({pose_key(id), velocity_key(id), bias_key(id)});
   if (!covariance) return std::nullopt;
   return Matrix15d(*covariance);
 }
 
-std::optional<Eigen::Matrix<double, 12, 12>> Window::pose_covariance(Utime other) const {
+std::optional<Eigen::Matrix<double, 12, 12>> Window::pose_covariance(Utime other) {
   const Keyframe* keyframe = find(other);
   if (!keyframe) return std::nullopt;
-  const auto covariance =
-      graph::marginal_covariance(graph_, values_, {pose_key(keyframe->id), pose_key(keyframes_.back().id)});
+  const auto covariance = marginals().covariance({pose_key(keyframe->id), pose_key(keyframes_.back().id)});
   if (!covariance) return std::nullopt;
   return Eigen::Matrix<double, 12, 12>(*covariance);
 }

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "core/graph/graph.h"
+#include "core/graph/marginal.h"
 #include "core/graph/solve.h"
 #include "core/vio/frame_pose.h"
 #include "core/vio/options.h"
@@ -53,8 +54,8 @@ class Window {
   std::size_t landmarks_in_newest() const;
 
   // Of [rho; phi; v; b_g; b_a] of the newest keyframe; of [rho; phi] of the keyframe at `other` and of the newest one.
-  std::optional<Matrix15d> covariance() const;
-  std::optional<Eigen::Matrix<double, 12, 12>> pose_covariance(Utime other) const;
+  std::optional<Matrix15d> covariance();
+  std::optional<Eigen::Matrix<double, 12, 12>> pose_covariance(Utime other);
 
   const graph::Graph& graph() const { return graph_; }
 
@@ -85,13 +86,15 @@ class Window {
   void thin_out(std::size_t k);
   std::size_t choose_to_leave(Utime kept) const;
   const Keyframe* find(Utime utime) const;
+  const graph::DenseMarginals& marginals();
 
   Rig rig_;
   StereoRig stereo_;
   VioOptions options_;
   graph::Graph graph_;
   graph::Values values_;
-  std::vector<Keyframe> keyframes_;  // in order of time
+  std::optional<graph::DenseMarginals> marginals_;  // as long as the graph and its values stay
+  std::vector<Keyframe> keyframes_;                 // in order of time
   std::map<std::int64_t, Entry> landmarks_;
   std::uint64_t next_id_ = 0;
 };

@@ -156,3 +156,85 @@ TEST_CASE("Covariance: agrees with the dense inverse, and is refused without gau
   world.graph.set_constant(pose_key(0), false);
   REQUIRE_FALSE(marginal_covariance(world.graph, world.start, {pose_key(20)}).has_value());
 }
+
+namespace {
+
+// Poses and points as in a small reconstruction, where points share no factors.
+struct Seen {
+  using Variables = VariableList<SE3, Vector<3>>;
+  static constexpr int kDim = 3;
+  Eigen::Vector3d measured = Eigen::Vector3d::Zero();
+  Eigen::Vector3d evaluate(const SE3& T, const Vector<3>& p, Eigen::Matrix<double, 3, 6>* J_T,
+                           Eigen::Matrix3d* J_p) const {
+    const Eigen::Vector3d q = T.inverse() * Eigen::Vector3d(p);
+    if (J_T) {
+      *J_T << -Eigen::Matrix3d::Identity(), hat(q);
+      *J_p = T.rotation.matrix().transpose();
+    }
+    return q - measured;
+  }
+};
+
+constexpr std::uint64_t kViews = 5;
+constexpr std::uint64_t kPoints = 20;
+
+Graph reconstruction(Values& values) {
+  covey::testing::RandomGeometry random(3);
+  Graph graph;
+  for (std::uint64_t pose = 0; pose < kViews; ++pose) {
+    values.set({'x', pose}, SE3::exp(random.vector<6>(0.3)));
+    if (pose > 0) graph.add(Between<SE3>{SE3::exp(random.vector<6>(0.3))}, {{'x', pose - 1}, {'x', pose}});
+  }
+  graph.add(Prior<SE3>{SE3{}}, {{'x', 0}}, Noise<6>::sigma(0.1));
+  for (std::uint64_t point = 0; point < kPoints; ++point) {
+    values.set({'l', point}, Vector<3>(random.vector<3>(2.0)));
+    for (std::uint64_t pose = point % 2; pose < kViews; ++pose)
+      graph.add(Seen{random.vector<3>(2.0)}, {{'x', pose}, {'l', point}}, {}, Robust::huber(1.5));
+  }
+  return graph;
+}
+
+}  // namespace
+
+TEST_CASE("Marginals: with points eliminated first they are those of the whole graph") {
+  Values values;
+  const Graph graph = reconstruction(values);
+  const DenseMarginals marginals(graph, values, 'l');
+  for (const std::vector<Key>& keys : {std::vector<Key>{{'x', 4}}, std::vector<Key>{{'x', 3}, {'x', 1}}}) {
+    const auto expected = marginal_covariance(graph, values, keys);
+    const auto found = marginals.covariance(keys);
+    REQUIRE(expected);
+    REQUIRE(found);
+    REQUIRE((*found - *expected).norm() < 1e-9 * expected->norm());
+  }
+  Graph loose = graph;
+  for (const FactorId id : graph.ids()) {
+    if (graph.factor(id).keys().size() == 1) loose.remove(id);
+  }
+  REQUIRE_FALSE(DenseMarginals(loose, values, 'l').covariance({{'x', 4}}));
+}
+
+TEST_CASE("marginalise: points eliminated first give the same prior, and constant poses are conditioned on") {
+  for (const bool constant : {false, true}) {
+    Values values;
+    Graph graph = reconstruction(values);
+    graph.set_constant({'x', 2}, constant);
+    std::vector<Key> removed{{'x', 0}};
+    for (std::uint64_t point = 0; point < kPoints; point += 3) removed.push_back({'l', point});
+    for (std::uint64_t point = 0; point < kPoints; ++point) {
+      if (point % 3 == 0) continue;
+      for (const FactorId id : graph.ids_touching({{'l', point}})) {
+        if (graph.factor(id).keys().front() == Key{'x', 0}) graph.remove(id);
+      }
+    }
+    const auto expected = marginalise(graph, values, removed);
+    const auto found = marginalise(graph, values, removed, 'l');
+    REQUIRE(found->keys() == expected->keys());
+    const Eigen::MatrixXd H = expected->jacobian().transpose() * expected->jacobian();
+    REQUIRE((found->jacobian().transpose() * found->jacobian() - H).norm() < 1e-9 * H.norm());
+    const Eigen::VectorXd b = expected->jacobian().transpose() * expected->offset();
+    REQUIRE((found->jacobian().transpose() * found->offset() - b).norm() < 1e-9 * b.norm());
+    const bool has = std::count(found->keys().begin(), found->keys().end(), Key{'x', 2}) == 1;
+    REQUIRE(has != constant);
+  }
+}

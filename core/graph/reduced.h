@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#pragma once
+
+// The normal equations of a graph at given values after some variables have been eliminated, each by itself: with H = J^T J and b = J^T r of the
+// first-order model (linearise.h), e the eliminated variables and k the others,
+//
+//   H_kk - H_ke H_ee^-1 H_ek,   b_k - H_ke H_ee^-1 b_e
+//
+// where H_ee is block-diagonal, since no two eliminated variables share a factor (COVEY_CHECK). The result is dense: for many small variables that
+// hang on a few others. Directions of an eliminated variable that its factors do not determine are dropped (pseudo-inverse).
+
+#include <Eigen/Core>
+#include <map>
+#include <set>
+
+#include "core/graph/graph.h"
+
+namespace covey::graph {
+
+struct ReducedSystem {
+  Eigen::MatrixXd H;
+  Eigen::VectorXd b;
+  std::map<Key, int> first_column;  // of each variable that is left, in key order; constant ones have none
+};
+
+ReducedSystem reduce(const Graph& graph, const Values& values, const std::set<Key>& eliminated);
+
+// H^-1 B of a positive semi-definite H, without the directions that H does not determine. Scaled to a unit diagonal first.
+Eigen::MatrixXd solve_semidefinite(const Eigen::MatrixXd& H, const Eigen::MatrixXd& B);
+
+}  // namespace covey::graph
