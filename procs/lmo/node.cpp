@@ -128,6 +128,7 @@ void LmoNode::finish() {
   const graph::SolveResult& result = job_->deformation()->result();
   status.gauge("vertices", static_cast<double>(snapshot.mesh.p_O.size()));
   status.gauge("left_out", snapshot.left_out);
+  status.gauge("torn", job_->torn());
   status.gauge("nodes", static_cast<double>(job_->deformation()->simplified().nodes.size()));
   status.gauge("cell_m", job_->deformation()->simplified().cell_m);
   status.gauge("iterations", result.iterations);

@@ -14,6 +14,7 @@
 //   blocks, blocks_pending   known; come since the snapshot that the files are of
 //   mesh_number              the last number of MESH in the files; -1 before the first
 //   vertices, left_out       of the team's mesh; of segments that no round has placed
+//   torn                     faces that were left out, between passes
 //   nodes, cell_m, iterations, solve_ms, optimisations; parts_pending of MESH_OPTIMIZED, to be published
 
 #include <covey/mesh_optimized_t.hpp>

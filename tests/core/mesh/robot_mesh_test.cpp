@@ -174,6 +174,22 @@ TEST_CASE("RobotMesh: what makes no sense is refused") {
   REQUIRE(fixture.mesh.take(part) == std::string("values"));
 }
 
+TEST_CASE("whole_faces: what lies between two passes is torn, what bends is not") {
+  Fixture fixture;
+  fixture.take_keyframes();
+  fixture.take_blocks();
+  fixture.take_round(1, 100);
+  REQUIRE(done(fixture.mesh.team()).torn() == 0);
+  MeasuredMesh mesh;
+  mesh.p_O = {{0.0F, 0.0F, 0.0F}, {0.1F, 0.0F, 0.0F}, {0.0F, 0.1F, 0.0F}, {0.1F, 0.1F, 0.0F}};
+  mesh.faces = {{0, 1, 2}, {1, 3, 2}};
+  std::vector<Eigen::Vector3f> p_W = mesh.p_O;
+  p_W[3].z() += 0.2F;
+  REQUIRE(whole_faces(mesh, p_W).size() == 2);
+  p_W[3].z() += 0.3F;
+  REQUIRE(whole_faces(mesh, p_W) == std::vector<Face>{{0, 1, 2}});
+}
+
 TEST_CASE("optimized_parts: every face once, in parts of at most 1500 vertices") {
   Fixture fixture;
   fixture.take_keyframes();
