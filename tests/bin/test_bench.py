@@ -51,7 +51,7 @@ class Sim(Bench):
         self.assertEqual(self.read("one/robot2.csv"), self.read("all/robot2.csv"))
 
     def test_refusals(self):
-        self.refuses("--graph is required", SIM, "--seconds", "40")
+        self.refuses("say what to make", SIM, "--seconds", "40")
         self.refuses("there are only robots 0 to 2", SIM, "--robot", "3", "--graph", self.folder)
         with open(self.path("bad.yaml"), "w", encoding="utf-8") as file:
             file.write("sim:\n  block_m: 8\n  fog: 1\n")
