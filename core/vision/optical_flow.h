@@ -11,7 +11,7 @@
 namespace covey {
 
 struct FlowOptions {
-  int window_px = 15;  // odd
+  int window_px = 11;  // odd
   int levels = 4;      // of the pyramid, the full picture included
   int iterations = 20;
   double epsilon_px = 0.01;  // an iteration that moves less is the last

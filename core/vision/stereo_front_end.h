@@ -28,7 +28,7 @@
 namespace covey {
 
 struct FrontEndOptions {
-  int tracks = 180;        // at most
+  int tracks = 140;        // at most
   double sigma_px = 1.0;   // of an observation's coordinate
   double motion_px = 2.0;  // farthest from where the still scene would be
   int refill_frames = 3;   // new corners are looked for that often
