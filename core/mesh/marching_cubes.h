@@ -16,7 +16,7 @@
 namespace covey::mesh {
 
 struct SurfaceOptions {
-  double least_weight = 2e-3;  // 1/m^2, of a voxel that counts as observed
+  double least_weight = 1e-3;  // 1/m^2, of a voxel that counts as observed
   double most_jump_voxels = 3.0;
   double least_posterior = 0.5;  // of a vertex's label; unknown below
   LabelModel labels;

@@ -12,6 +12,8 @@ namespace {
 constexpr float kDeepestTruncations = 3.0F;
 // Nearer than this, all depths weigh the same.
 constexpr float kWeightNearest = 1.0F;
+// A ray that passes through counts so many times what was taken to lie behind a surface: the one was measured, the other extrapolated.
+constexpr float kPassing = 10.0F;
 constexpr std::uint16_t kMostColours = 64;
 // Pixels between two that blocks are made for: at 10 m and 229 px of focal length 9 cm, far less than a block.
 constexpr int kAllocationStride = 2;
@@ -141,6 +143,27 @@ Block& TsdfVolume::find_or_make(const BlockIndex& index, Integration& result) {
   return *place->second;
 }
 
+// A ray that passes says that a voxel is free, but not how far from it the nearest surface is: it moves voxels that are taken to be inside
+// of something, and tells those that nothing is known of. And the first surface that is seen near a voxel that was only known to be free
+// replaces that. So the field before a surface stays a distance, whatever is seen behind it.
+bool TsdfVolume::average_in(Voxel& voxel, float distance, float weight) const {
+  const auto most_weight = static_cast<float>(options_.most_weight);
+  const bool only_free = voxel.weight > 0.0F && voxel.distance >= truncation_m_;
+  if (distance >= truncation_m_ && voxel.weight > 0.0F && voxel.distance >= 0.0F) {
+    if (only_free) voxel.weight = std::min(voxel.weight + weight, most_weight);
+    return false;
+  }
+  if (only_free && distance >= 0.0F) {
+    voxel = {distance, weight};
+    return true;
+  }
+  if (distance >= truncation_m_) weight *= kPassing;
+  const bool changed = distance < truncation_m_ || voxel.weight > 0.0F;
+  voxel.distance = (voxel.distance * voxel.weight + distance * weight) / (voxel.weight + weight);
+  voxel.weight = std::min(voxel.weight + weight, most_weight);
+  return changed;
+}
+
 // True where something near a surface has changed.
 bool TsdfVolume::update(Block& block, const View& view) {
   const Eigen::Vector3f step = view.R_C_O.col(0) * voxel_m_;
@@ -150,9 +173,8 @@ bool TsdfVolume::update(Block& block, const View& view) {
   const auto cy = static_cast<float>(view.camera.cy) + 0.5F;
   const auto width = static_cast<float>(view.camera.width);
   const auto height = static_cast<float>(view.camera.height);
-  const float most_weight = static_cast<float>(options_.most_weight);
   const float surface_m = static_cast<float>(options_.surface_voxels) * voxel_m_;
-  const float per_square_voxel = 1.0F / (voxel_m_ * voxel_m_);
+  const float per_aside2 = 1.0F / (4.0F * voxel_m_ * voxel_m_);  // half the weight two voxels aside
   bool changed = false;
   for (int k = 0; k < kBlockSide; ++k) {
     for (int j = 0; j < kBlockSide; ++j) {
@@ -183,7 +205,7 @@ bool TsdfVolume::update(Block& block, const View& view) {
         float weight = 1.0F / std::max(kWeightNearest, measured_z * measured_z);
         if (distance < truncation_m_) {
           const float aside2 = behind * behind * (1.0F + mx * mx + my * my) - distance * distance;
-          weight /= 1.0F + std::max(0.0F, aside2) * per_square_voxel;
+          weight /= 1.0F + std::max(0.0F, aside2) * per_aside2;
         }
         if (distance < -voxel_m_) weight *= (truncation_m_ + distance) / (truncation_m_ - voxel_m_);
         if (behind > truncation_m_)
@@ -191,10 +213,7 @@ bool TsdfVolume::update(Block& block, const View& view) {
 
         const int number = voxel_number(i, j, k);
         Voxel& voxel = block.voxels[static_cast<std::size_t>(number)];
-        const float cut = std::min(distance, truncation_m_);
-        changed |= cut < truncation_m_ || (voxel.weight > 0.0F && voxel.distance < truncation_m_);
-        voxel.distance = (voxel.distance * voxel.weight + cut * weight) / (voxel.weight + weight);
-        voxel.weight = std::min(voxel.weight + weight, most_weight);
+        changed |= average_in(voxel, std::min(distance, truncation_m_), weight);
         if (std::abs(distance) <= surface_m && std::abs(behind) <= truncation_m_) {
           update_surface(block, number, view, pixel_v * view.camera.width + pixel_u);
         }

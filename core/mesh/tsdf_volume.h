@@ -5,8 +5,8 @@
 //
 // Integration is projective: blocks are made where the image has surfaces, and every voxel of the blocks in view looks up the pixel that
 // it projects to. Its distance is that to the pixel's tangent plane (tangent_planes.h), averaged with weight 1/z^2 of the measured depth,
-// which falls linearly to zero behind the surface, from one voxel to the truncation. What lies before the surface by more than the
-// truncation is carved free, in the blocks that exist. Labels, colours and keyframes are touched within `surface_voxels` of the surface
+// which falls linearly to zero behind the surface, from one voxel to the truncation. A ray that passes through by more than the truncation
+// carves what was taken to be inside of something free, in the blocks that exist; to what is free already it says nothing. Labels, colours and keyframes are touched within `surface_voxels` of the surface
 // only. Memory is bounded: where the blocks exceed it, those that were not seen for longest are forgotten; their meshes have been
 // said and stay.
 //
@@ -61,6 +61,7 @@ class TsdfVolume {
   void allocate(const View& view, Integration& result);
   Block& find_or_make(const BlockIndex& index, Integration& result);
   bool update(Block& block, const View& view);
+  bool average_in(Voxel& voxel, float distance, float weight) const;
   void update_surface(Block& block, int number, const View& view, int pixel);
   void forget_oldest(Integration& result);
 
