@@ -27,6 +27,7 @@ from covey_tools.process import last_log_line
 
 DEFAULT_CACHE = os.path.join(places.ROOT, "out", "cache")
 _DONE = re.compile(r"([\d.]+) of ([\d.]+) s")  # sim's word on how far it is
+_AT_ONCE = 3  # on two cores, too: three robots after two would leave a core idle for a third of the time
 _POLL_S = 0.1
 _PLAIN_REFRESH_S = 10.0
 
@@ -133,7 +134,7 @@ def _remove_others(family, key):
 
 
 def _make(jobs, seconds):
-    """Runs all, as many at a time as there are cores; Failure or InputError where one cannot."""
+    """Runs all, some at a time; Failure or InputError where one cannot."""
     if not jobs:
         return  # another demo has made them meanwhile
     print(f"demo: making sensor data of {seconds:g} s, kept for the next run in {os.path.dirname(jobs[0].path)}",
@@ -141,7 +142,7 @@ def _make(jobs, seconds):
     waiting, running, done, shown = list(jobs), [], [], _Progress(jobs)
     try:
         while waiting or running:
-            while waiting and len(running) < (os.cpu_count() or 1):
+            while waiting and len(running) < max(_AT_ONCE, os.cpu_count() or 1):
                 running.append(_start(waiting.pop(0)))
             time.sleep(_POLL_S)
             for job in [job for job in running if job.process.poll() is not None]:
