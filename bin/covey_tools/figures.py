@@ -83,6 +83,21 @@ def cost_by_round(path, rounds, central_cost):
     _save(figure, path)
 
 
+def errors(path, before, after):
+    """{robot: [(s, m)]}, before and after the team's solution."""
+    figure, axis = plt.subplots(figsize=(5.2, 2.8))
+    for robot, rows in before.items():
+        axis.plot(*zip(*rows), color=colour(robot), linewidth=0.8, alpha=0.7)
+    for robot, rows in after.items():
+        axis.plot(*zip(*rows), color=colour(robot), linewidth=2.0, label=f"robot {robot}")
+    axis.set_xlabel("s since the robot's first keyframe")
+    axis.set_ylabel("m from truth")
+    axis.set_ylim(bottom=0)
+    axis.legend(frameon=False, fontsize=8)
+    figure.tight_layout()
+    _save(figure, path)
+
+
 def bytes_by_module(path, sums):
     """sums: module -> bytes."""
     names = [name for name in _MODULES if sums.get(name)] or ["dpgo"]

@@ -69,9 +69,11 @@ def prepare(command, environment, netns):
 def identity(launch):
     """(process, robot, (group, port)): who its STATUS will say it is, and on which bus.
 
-    robot is -1 without --robot; the bus is None where neither --robot nor --url tells it.
+    robot is -1 without --robot; the bus is None where neither --robot nor --url tells it. `nice -n 5 lcd` is lcd.
     """
     arguments = launch.arguments
+    if os.path.basename(arguments[0]) == "nice" and arguments[1:2] == ["-n"] and len(arguments) > 3:
+        arguments = arguments[3:]
     process, robot, address = os.path.basename(arguments[0]), -1, None
     for index, argument in enumerate(arguments):
         name, equals, value = argument.partition("=")

@@ -24,7 +24,7 @@ def measure(facts, run, results):
     with tempfile.TemporaryDirectory() as work:
         scores = {}
         for stage, meshes, frames in (("before", before, [_odometry(results, robot) for robot in robots]),
-                                      ("after", after, [results.T_truth_W] * len(robots))):
+                                      ("after", after, [results.alignments.get("team")] * len(robots))):
             placed = [mesh.moved(frame) if mesh and frame else None for mesh, frame in zip(meshes, frames)]
             whole = ply.merged(placed) if all(placed) else None
             truths = [*([robot.truth] for robot in run.robots), [robot.truth for robot in run.robots]]

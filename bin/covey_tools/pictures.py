@@ -5,6 +5,7 @@ Trajectories are turned for pictures so that up is up: by truth where it is know
 ways are closest to (a camera's or a vehicle's own axes need not be level). The files in traj/ stay as they are.
 """
 
+import math
 import os
 import tempfile
 
@@ -15,8 +16,10 @@ from covey_tools import evaluation, figures, motion, ply, programs, sensor_view
 SIZE = "1600x1200"  # of the viewer's pictures
 _PLAN = "Seen from above. Lines join the two ends of loop closures: green kept, red rejected."
 _TITLES = {"before": "Before: each robot's odometry by itself", "after": "After: the team's solution"}
-_MESHES = (("rgb", "mesh_colour", "One mesh of all robots"), ("label", "mesh_labels", "The same by label"),
-           ("height", "mesh_height", "The same by height"))
+_MESHES = (("rgb", "mesh_colour", "One mesh of all robots, in colour"),
+           ("label", "mesh_labels", "One mesh of all robots, by label"),
+           ("height", "mesh_height", "One mesh of all robots, by height"))
+_ERRORS = "Distance from truth at each keyframe, after one alignment of all robots: odometry alone (thin) and the team's solution."
 
 
 def draw(run, facts, results):
@@ -28,12 +31,15 @@ def draw(run, facts, results):
         scenes = [_Scene(run, results, work, name, {robot: motion.moved(way, T_picture_W) for robot, way in ways.items()})
                   for name, ways in stages.items() if all(ways.values())]  # a stage that some robot lacks is no picture
         figures.plan(run.file("snapshots", "plan.png"), [scene.panel() for scene in scenes], results.truth)
+        if os.path.exists(run.file("mesh", "merged.ply")):
+            shown += _draw_meshes(run, work, T_picture_W, scenes[-1] if scenes else None)
         shown.append(("plan.png", _PLAN))
         for scene in scenes:
             scene.render()
             shown.append((f"{scene.name}_oblique.png", _TITLES[scene.name]))
-        if os.path.exists(run.file("mesh", "merged.ply")):
-            shown += _draw_meshes(run, work, T_picture_W, scenes[-1] if scenes else None)
+    if run.recording and len(results.alignments) == 2:
+        figures.errors(run.file("snapshots", "errors.png"), _errors(results, "vio"), _errors(results, "team"))
+        shown.append(("errors.png", _ERRORS))
     if run.recording:
         sensor_view.draw(run.file("snapshots", "cameras.png"), run.recording.log(0), run.world.seconds / 2,
                          run.recording.truth("labels.json"))
@@ -47,6 +53,17 @@ def draw(run, facts, results):
     return shown
 
 
+def _errors(results, stage):
+    """{robot: [(s since its first keyframe, m)]}"""
+    found = {}
+    for robot, way in getattr(results, stage).items():
+        placed = motion.moved(way, results.alignments[stage])
+        truths = motion.at(results.truth[robot], [stamp for stamp, _ in placed])
+        found[robot] = [(stamp - placed[0][0], math.dist(pose[1], truth[1]))
+                        for (stamp, pose), truth in zip(placed, truths) if truth]
+    return found
+
+
 def _draw_meshes(run, work, T_picture_W, scene):
     """The merged mesh in colour, by label and by height, and the simulator's world by label to compare with."""
     upright = os.path.join(work, "merged.ply")
@@ -57,8 +74,8 @@ def _draw_meshes(run, work, T_picture_W, scene):
         shown.append((f"{name}_oblique.png", f"{title}."))
     world = run.recording.truth("world.ply")
     _draw_mesh(run, world, "label", "world_labels", "The simulator's world by label")
-    return shown + [("mesh_labels_top.png", "By label, from above."),
-                    ("world_labels_top.png", "The simulator's world by label, from above: truth.")]
+    return shown + [("mesh_labels_top.png", "The mesh by label, from above."),
+                    ("world_labels_top.png", "Truth: the simulator's world by label, from above.")]
 
 
 def _draw_mesh(run, file, colour, name, title, scene=None):
@@ -108,8 +125,8 @@ class _Scene:
 
 def _upright(results):
     """T_picture_W."""
-    if results.T_truth_W is not None:
-        return results.T_truth_W
+    if "team" in results.alignments:
+        return results.alignments["team"]
     positions = numpy.array([t for way in results.team.values() for _, (_, t) in way] or [(0.0, 0.0, 0.0)])
     _, _, axes = numpy.linalg.svd(positions - positions.mean(axis=0), full_matrices=True)
     if numpy.linalg.det(axes) < 0:

@@ -167,7 +167,7 @@ def _measure_truth(facts, run, results):
         facts["team"][key] = error["ate_m"]
         for robot, each in zip(facts["robots"], error["robots"]):
             robot[f"ate_{kind}_m"] = each["with_team"]["rmse_m"]
-    results.T_truth_W = evaluation.alignment(error)
+        results.alignments[kind] = evaluation.alignment(error)
 
 
 def _measure_online(facts, run):

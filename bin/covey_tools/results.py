@@ -23,7 +23,7 @@ class _Results:
         self.team_files = [run.file("traj", f"robot{robot.id}_team.tum") for robot in run.robots]
         self.vio_files = [run.file("traj", f"robot{robot.id}_vio.tum") for robot in run.robots]
         self.truth_files = [robot.truth for robot in run.robots if robot.truth]
-        self.T_truth_W = None  # known once the solution is aligned with truth
+        self.alignments = {}  # "vio", "team" -> T_truth_W, by which the trajectories are nearest to truth; as far as measured
         self.team = {robot.id: motion.read_tum(file) if os.path.exists(file) else []
                      for robot, file in zip(run.robots, self.team_files)}
         self.truth = {robot.id: motion.read_tum(robot.truth) for robot in run.robots if robot.truth}

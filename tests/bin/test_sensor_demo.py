@@ -391,7 +391,7 @@ class SensorReportTest(Folder, unittest.TestCase):
         self.record()
         found = self.make(draw=True)
         self.assertEqual(found["notes"], [])
-        self.assertGreaterEqual(self.read("report.html").count("data:image/png;base64,"), 10)
+        self.assertGreaterEqual(self.read("report.html").count("data:image/png;base64,"), 11)
 
     def test_what_the_contract_asks_for_is_missed(self):
         found = self.make()

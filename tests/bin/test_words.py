@@ -73,6 +73,7 @@ class Launches(unittest.TestCase):
         self.assertEqual(identity(self.prepare("sh --robot=3 --url udpm://239.1.2.3:9000?ttl=0")),
                          ("sh", 3, ("239.1.2.3", 9000)))
         self.assertEqual(identity(self.prepare("sh x")), ("sh", -1, None))
+        self.assertEqual(identity(self.prepare("nice -n 5 lcd --robot 3")), ("lcd", 3, ("239.255.76.67", 7703)))
 
 
 if __name__ == "__main__":
