@@ -50,7 +50,7 @@ class DemoRun(unittest.TestCase):
         return process
 
     def finish(self, process, expected_code):
-        output, _ = process.communicate(timeout=280)
+        output, _ = process.communicate(timeout=400)
         self.assertEqual(process.returncode, expected_code, output)
         return output
 
