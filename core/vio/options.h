@@ -8,7 +8,7 @@ namespace covey::vio {
 struct VioOptions {
   // The smoother's window.
   int window = 10;                       // keyframes
-  int landmarks = 90;                    // in the window, at most
+  int landmarks = 90;                    // seen from the newest keyframe, at most
   int iterations = 4;                    // of Levenberg-Marquardt per keyframe
   double keyframe_interval_s = 0.25;     // at the latest
   double keyframe_min_interval_s = 0.1;  // at the earliest

@@ -80,12 +80,12 @@ void Segment::add(const FrameTracks& frame, const std::vector<ImuSample>& sample
 
   const bool for_team = team_due(frame.utime, last_.T_W_B);
   if (for_team || keyframe_due(frame, last_.T_W_B, placed.used)) {
-    window_.add(without(frame, placed.outliers), last_, std::move(since_keyframe_));
+    window_.add(without(frame, placed.outliers), last_, since_keyframe_);
     window_.optimise(options_.iterations);
     window_.discard_outliers();
     take_keyframe_state();
     if (for_team) cut_team_keyframe(result);
-    window_.slide(team_utime_);
+    window_.slide();
   }
   result.states.push_back(told(name_, frame.utime, last_, last_covariance_, coasting));
   result.health.phase = coasting ? VioPhase::kCoasting : VioPhase::kTracking;

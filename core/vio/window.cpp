@@ -51,7 +51,7 @@ void Window::begin(const FrameTracks& frame, const NavState& state, const Window
   values_ = {};
   keyframes_.clear();
   landmarks_.clear();
-  insert({next_id_, frame, {}}, state);
+  insert(frame, state);
   const std::uint64_t id = keyframes_.back().id;
   graph_.add(graph::Prior<SE3>{state.T_W_B}, {pose_key(id)}, first_pose_noise(state.T_W_B, prior));
   Vector6d bias_sigmas;
@@ -59,18 +59,18 @@ void Window::begin(const FrameTracks& frame, const NavState& state, const Window
   graph_.add(graph::Prior<Vector<6>>{state.bias.vector()}, {bias_key(id)}, Noise<6>::sigmas(bias_sigmas));
 }
 
-void Window::insert(Keyframe keyframe, const NavState& state) {
+void Window::insert(const FrameTracks& frame, const NavState& state) {
   marginals_.reset();
-  keyframe.id = next_id_++;
-  values_.set(pose_key(keyframe.id), state.T_W_B);
-  values_.set(velocity_key(keyframe.id), Vector<3>(state.v_W));
-  values_.set(bias_key(keyframe.id), state.bias.vector());
-  keyframes_.push_back(std::move(keyframe));
+  const std::uint64_t id = next_id_++;
+  values_.set(pose_key(id), state.T_W_B);
+  values_.set(velocity_key(id), Vector<3>(state.v_W));
+  values_.set(bias_key(id), state.bias.vector());
+  keyframes_.push_back({id, frame});
 }
 
-void Window::add(const FrameTracks& frame, const NavState& guess, std::vector<ImuSample> samples) {
-  insert({next_id_, frame, std::move(samples)}, guess);
-  link(size() - 1);
+void Window::add(const FrameTracks& frame, const NavState& guess, std::span<const ImuSample> samples) {
+  insert(frame, guess);
+  link(samples);
   for (const TrackObservation& seen : frame.tracks) {
     const auto entry = landmarks_.find(seen.id);
     if (entry == landmarks_.end()) continue;
@@ -81,16 +81,14 @@ void Window::add(const FrameTracks& frame, const NavState& guess, std::vector<Im
   add_landmarks();
 }
 
-// The IMU's factors from keyframe k - 1 to k.
-void Window::link(std::size_t k) {
-  const std::uint64_t i = keyframes_[k - 1].id;
-  const std::uint64_t j = keyframes_[k].id;
-  const Preintegration increment(rig_.imu, state(k - 1).bias, keyframes_[k].samples);
-  keyframes_[k].imu = graph_.add(ImuFactor{increment},
-                                 {pose_key(i), velocity_key(i), bias_key(i), pose_key(j), velocity_key(j)},
-                                 imu_noise(increment));
-  keyframes_[k].walk =
-      graph_.add(BiasWalk{}, {bias_key(i), bias_key(j)}, bias_walk_noise(rig_.imu, increment.duration_s()));
+// The IMU's factors between the last two keyframes.
+void Window::link(std::span<const ImuSample> samples) {
+  const std::uint64_t i = keyframes_[size() - 2].id;
+  const std::uint64_t j = keyframes_.back().id;
+  const Preintegration increment(rig_.imu, state(size() - 2).bias, samples);
+  graph_.add(ImuFactor{increment}, {pose_key(i), velocity_key(i), bias_key(i), pose_key(j), velocity_key(j)},
+             imu_noise(increment));
+  graph_.add(BiasWalk{}, {bias_key(i), bias_key(j)}, bias_walk_noise(rig_.imu, increment.duration_s()));
 }
 
 void Window::add_views(Entry& entry, const Keyframe& keyframe, const TrackObservation& seen) {
@@ -168,19 +166,10 @@ int Window::discard_outliers() {
   return static_cast<int>(bad.size());
 }
 
-void Window::slide(Utime kept) {
+void Window::slide() {
   marginals_.reset();
-  while (size() > static_cast<std::size_t>(options_.window)) {
-    const std::size_t k = choose_to_leave(kept);
-    if (k == 0) {
-      marginalise_oldest();
-    } else {
-      thin_out(k);
-    }
-  }
+  while (size() > static_cast<std::size_t>(options_.window)) marginalise_oldest();
 }
-
-std::size_t Window::choose_to_leave(Utime) const { return 0; }
 
 void Window::remove_views(Entry& entry, std::uint64_t keyframe) {
   std::erase_if(entry.seen, [&](const SeenFrom& from) {
@@ -219,25 +208,6 @@ void Window::marginalise_oldest() {
   for (const std::int64_t track : gone) landmarks_.erase(track);
   graph::marginalise_out(graph_, values_, removed, 'l');
   keyframes_.erase(keyframes_.begin());
-}
-
-// Keyframe k goes without a trace but for the IMU, whose samples join those of the next one.
-void Window::thin_out(std::size_t k) {
-  Keyframe& leaving = keyframes_[k];
-  Keyframe& next = keyframes_[k + 1];
-  std::vector<std::int64_t> without_views;
-  for (auto& [track, entry] : landmarks_) {
-    remove_views(entry, leaving.id);
-    if (entry.seen.size() < kMinKeyframes) without_views.push_back(track);
-  }
-  for (const std::int64_t track : without_views) remove_landmark(track);
-  for (const FactorId id : {leaving.imu, leaving.walk, next.imu, next.walk}) graph_.remove(id);
-  for (const Key key : {pose_key(leaving.id), velocity_key(leaving.id), bias_key(leaving.id)})
-    values_.erase(key);
-  leaving.samples.insert(leaving.samples.end(), next.samples.begin() + 1, next.samples.end());
-  next.samples = std::move(leaving.samples);
-  keyframes_.erase(keyframes_.begin() + static_cast<std::ptrdiff_t>(k));
-  link(k);
 }
 
 NavState Window::state(std::size_t k) const {

@@ -6,10 +6,10 @@
 //   x v b   of a keyframe      ImuFactor and BiasWalk from each keyframe to the next
 //   l       of a landmark      ProjectionFactor, one per camera and keyframe that saw it, with Huber's kernel
 //
-// A keyframe that leaves takes along the landmarks that are no longer seen: they are marginalised with all their views, so every view is counted once.
-// A landmark that is still seen stays and only loses its view from that keyframe. A window that stands over the same landmarks for long thins out
-// instead (see slide()).
+// A keyframe that leaves takes along the landmarks that are no longer seen: they are marginalised with all their views. A landmark that is still seen
+// stays and only loses its view from that keyframe. So no view is counted twice.
 
+#include <span>
 #include <vector>
 
 #include "core/graph/graph.h"
@@ -35,12 +35,12 @@ class Window {
   // The first keyframe. Earlier content is forgotten.
   void begin(const FrameTracks& frame, const NavState& state, const WindowPrior& prior);
   // The next one; samples from the last keyframe's time to this one's. Landmarks are made of tracks that were seen before.
-  void add(const FrameTracks& frame, const NavState& guess, std::vector<ImuSample> samples);
+  void add(const FrameTracks& frame, const NavState& guess, std::span<const ImuSample> samples);
   graph::SolveResult optimise(int iterations);
   // Takes views away that are more than the gate off, and landmarks that have too few left. How many landmarks went.
   int discard_outliers();
-  // Down to the window's size. The keyframe at `kept` stays.
-  void slide(Utime kept);
+  // Down to the window's size.
+  void slide();
 
   std::size_t size() const { return keyframes_.size(); }
   Utime utime(std::size_t k) const { return keyframes_[k].frame.utime; }
@@ -63,9 +63,6 @@ class Window {
   struct Keyframe {
     std::uint64_t id = 0;
     FrameTracks frame;
-    std::vector<ImuSample> samples;  // since the keyframe before
-    graph::FactorId imu = 0;         // from the keyframe before; not of the oldest
-    graph::FactorId walk = 0;
   };
   struct SeenFrom {
     std::uint64_t keyframe = 0;
@@ -76,15 +73,13 @@ class Window {
     std::vector<SeenFrom> seen;  // in order of time
   };
 
-  void insert(Keyframe keyframe, const NavState& state);
+  void insert(const FrameTracks& frame, const NavState& state);
   void add_views(Entry& entry, const Keyframe& keyframe, const TrackObservation& seen);
   void add_landmarks();
-  void link(std::size_t k);
+  void link(std::span<const ImuSample> samples);
   void remove_views(Entry& entry, std::uint64_t keyframe);
   void remove_landmark(std::int64_t track);
   void marginalise_oldest();
-  void thin_out(std::size_t k);
-  std::size_t choose_to_leave(Utime kept) const;
   const Keyframe* find(Utime utime) const;
   const graph::DenseMarginals& marginals();
 

@@ -42,7 +42,7 @@ struct World {
   }
   void begin(Window& window) { window.begin(sim.see(now, motion.state(now).T_W_B), motion.state(now), {}); }
   void add(Window& window) {
-    const auto first = static_cast<std::ptrdiff_t>(now / 5000);
+    const auto first = static_cast<std::size_t>(now / 5000);
     now += kSpacing;
     window.add(sim.see(now, motion.state(now).T_W_B), guess(),
                {imu.begin() + first, imu.begin() + first + 41});
@@ -91,7 +91,7 @@ TEST_CASE("Window: sliding keeps what was known, and the window small") {
     world.add(window);
     window.optimise(6);
     window.discard_outliers();
-    window.slide(window.newest_utime());
+    window.slide();
     REQUIRE(window.size() <= 10);
     REQUIRE(world.error_m(window) < 0.03);
   }
@@ -126,7 +126,7 @@ TEST_CASE("Window: goes on without tracks") {
     if (k > 4) world.sim.lose_all();
     world.add(window);
     window.optimise(6);
-    window.slide(window.newest_utime());
+    window.slide();
   }
   REQUIRE(window.size() == 10);
   REQUIRE(window.newest_state().T_W_B.translation.allFinite());
