@@ -180,8 +180,6 @@ void LcdAgent::restore(const LcdRecord& record) {
       own_features_[{robot_, features->segment, features->id}] = std::move(*own);
   } else if (const auto* loop = std::get_if<loop_t>(&record)) {
     if (!is_good(*loop)) return;
-    stream_ = loop->stream;
-    next_number_ = loop->number + 1;
     note_loop(*loop);
     new_loops_.push_back(*loop);
   } else if (const auto* answer = std::get_if<lcd_loop_t>(&record)) {
@@ -314,6 +312,7 @@ void LcdAgent::ask(Utime now) {
   std::map<int, std::vector<KeyframeName>> wanted;
   for (const Candidate& candidate : waiting_) {
     const KeyframeName& name = candidate.other;
+    if (candidate.similarity < options_.ask_similarity) break;
     if (features_of(name) || name.robot == robot_ || asked_.contains(name) || is_redundant(candidate))
       continue;
     if (open[name.robot] >= options_.asked_at_once) continue;
@@ -358,7 +357,7 @@ void LcdAgent::verify_candidate(const Candidate& candidate, Utime now) {
 void LcdAgent::count_steps(const Verification& verification) {
   const int least = options_.verification.least_inliers;
   ++counts_["verified"];
-  if (verification.matches >= least) ++counts_["matched"];
+  if (verification.matches >= options_.verification.least_matches) ++counts_["matched"];
   if (verification.five_point >= least) ++counts_["five_point"];
   if (verification.three_point >= least) ++counts_["three_point"];
   ++counts_[verification.refused ? std::string("refused/") + verification.refused : "accepted"];

@@ -40,9 +40,10 @@ namespace covey::place {
 struct LcdOptions {
   double least_similarity = 0.1;  // normalised
   double least_self_similarity =
-      0.02;            // to the keyframe before: below that a keyframe says nothing, and is not looked for
-  int candidates = 2;  // of one keyframe among those of one robot
-  int least_features = 50;              // a keyframe with fewer is of no use
+      0.02;  // to the keyframe before: below that a keyframe says nothing, and is not looked for
+  double ask_similarity = 0.6;  // from here on features of other robots are asked for: 24 kB on the air
+  int candidates = 2;           // of one keyframe among those of one robot
+  int least_features = 50;      // a keyframe with fewer is of no use
   Utime recent_us = 10 * kUsPerSecond;  // own keyframes of the same segment nearer in time are no closure
   int redundant = 1;  // ids from an accepted closure, at both ends, that are not looked at any more
   double verifications_per_s = 8.0;
@@ -65,7 +66,7 @@ inline int verifier_of(int a, int b) { return ((a + b) % 2 == 1) == (a < b) ? a 
 
 class LcdAgent {
  public:
-  // `stream`: names this run in its loop_t, unless records name an earlier one.
+  // `stream`: names this run in its loop_t; those of earlier runs, from records, keep theirs.
   LcdAgent(int robot, std::int64_t stream, std::shared_ptr<const Vocabulary> vocabulary,
            const LcdOptions& options);
 

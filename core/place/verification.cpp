@@ -89,7 +89,7 @@ Verification verify(const FrameFeatures& a, const FrameFeatures& b, const Verifi
   Verification result;
   const Pairs matches = match_descriptors(a.descriptors, b.descriptors, options.match);
   result.matches = static_cast<int>(matches.size());
-  if (result.matches < options.least_inliers) return refused(result, "matches");
+  if (result.matches < options.least_matches) return refused(result, "matches");
 
   const Pairs moved =
       five_point_ransac(a, b, matches, options.ransac_direction, options.five_point_iterations).agreeing;

@@ -26,13 +26,14 @@ struct VerificationOptions {
   double ransac_direction = 0.0065;  // a view this far off (on the plane z = 1) is no inlier: 3 px / focal
   int five_point_iterations = 150;
   int three_point_iterations = 300;
-  int least_inliers = 12;      // at every step, and in the end
+  int least_matches = 20;      // fewer are not worth a RANSAC: they end in none
+  int least_inliers = 12;      // after every step, and in the end
   double least_share = 0.3;    // of the matches
   double least_spread = 0.08;  // std dev of the inliers' directions, in both images, along their shorter axis
   double most_sigma_m = 0.3;   // of the pose: worse is not worth having
   double most_sigma_deg = 3.0;
-  double most_distance_m = 10.0;  // between the cameras: beyond that descriptors are not the same any more
-  double least_overlap = 0.28;    // share of what the pose foretells that is found (overlap.h)
+  double most_distance_m = 6.0;  // between the cameras: beyond that descriptors are not the same any more
+  double least_overlap = 0.28;   // share of what the pose foretells that is found (overlap.h)
   double floor_m = 0.03;  // added to the covariance: calibration, chained odometry, and what RANSAC lets pass
   double floor_deg = 0.3;
 };

@@ -126,7 +126,7 @@ void LcdNode::work() {
   });
 }
 
-// On disk before it is said: after a restart no number may mean something else.
+// On disk before it is said: what others have heard must not be forgotten.
 void LcdNode::publish() {
   struct Publish {
     Bus& bus;

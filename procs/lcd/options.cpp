@@ -38,6 +38,7 @@ void read_verification(ConfigSection& section, const Rig& rig, place::Verificati
   section.read("match_bits", verification.match.most_distance, 1, place::kDescriptorBits);
   section.read("five_point_iterations", verification.five_point_iterations, 1, 100'000);
   section.read("three_point_iterations", verification.three_point_iterations, 1, 100'000);
+  section.read("least_matches", verification.least_matches, 8, place::kMostFeatures);
   section.read("least_inliers", verification.least_inliers, 6, place::kMostFeatures);
   section.read("least_share", verification.least_share, 0.0, 1.0);
   section.read("least_spread", verification.least_spread, 0.0, 1.0);
@@ -66,6 +67,7 @@ LcdNodeOptions read_lcd_options(ConfigSection& section, const Rig& rig) {
   place::LcdOptions& agent = options.agent;
   section.read("least_similarity", agent.least_similarity, 0.0, 1.0);
   section.read("least_self_similarity", agent.least_self_similarity, 0.0, 1.0);
+  section.read("ask_similarity", agent.ask_similarity, 0.0, 10.0);
   section.read("candidates", agent.candidates, 1, 100);
   section.read("least_features", agent.least_features, 1, place::kMostFeatures);
   read_seconds(section, "recent_s", agent.recent_us, 0.0, 3600.0);
