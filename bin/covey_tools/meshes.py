@@ -34,7 +34,10 @@ def measure(facts, run, results):
                             "completeness_after_m": new.get("completeness_m"), "labels_before": old.get("labels"),
                             "labels_after": new.get("labels")})
     facts["mesh"] = entries
+    several = [robot for robot in robots if sum(owner == robot for owner, _ in results.T_truth_O) > 1]
     facts["remarks"] += [sentence for entry in entries for sentence in _remarks(entry, facts)]
+    facts["remarks"] += [f"robot {robot}'s odometry was started again: its mesh before is of the first segment alone, "
+                         "and after is of all" for robot in several]
     missing = [f"robot {robot} has no mesh" for robot, mesh in zip(robots, after) if not mesh]
     if missing:
         raise Failure("; ".join(missing))
