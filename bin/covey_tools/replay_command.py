@@ -40,12 +40,12 @@ def main(arguments=None):
     with tempfile.TemporaryDirectory(prefix="covey-replay-") as scratch:
         folder = options.keep or scratch
         os.makedirs(folder, exist_ok=True)
-        log = options.log
+        on_sensor_time = os.path.join(folder, "on-sensor-time.lcm")
         if options.sensors:
-            log = os.path.join(folder, "on-sensor-time.lcm")
-            replay.on_sensor_time(options.log, log)
+            replay.on_sensor_time(options.log, on_sensor_time)
         for command in commands:
             outs = [os.path.join(folder, f"{command.name}-{command.robot}-{number}.lcm") for number in (1, 2)]
+            log = on_sensor_time if options.sensors and command.name in replay.SENSOR_OPTIONS else options.log
             arguments = (*shared, *_sensor_arguments(command, options.sensors))
             first, second = (_digests(command, log, out, arguments) for out in outs)
             unlike = replay.differences(first, second)
