@@ -2,18 +2,9 @@
 #include "procs/dpgo/options.h"
 
 #include "core/pgo/chi_square.h"
+#include "procs/common/read_seconds.h"
 
 namespace covey {
-namespace {
-
-void read_seconds(ConfigSection& section, const std::string& key, Utime& value, double lowest,
-                  double highest) {
-  double seconds = to_seconds(value);
-  section.read(key, seconds, lowest, highest);
-  value = from_seconds(seconds);
-}
-
-}  // namespace
 
 pgo::AgentOptions read_agent_options(ConfigSection& section) {
   pgo::AgentOptions options;

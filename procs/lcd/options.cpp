@@ -4,16 +4,10 @@
 #include <Eigen/Core>
 
 #include "core/base/error.h"
+#include "procs/common/read_seconds.h"
 
 namespace covey {
 namespace {
-
-void read_seconds(ConfigSection& section, const std::string& key, Utime& value, double lowest,
-                  double highest) {
-  double seconds = to_seconds(value);
-  section.read(key, seconds, lowest, highest);
-  value = from_seconds(seconds);
-}
 
 void read_features(ConfigSection& section, place::StereoFeatureOptions& features) {
   section.read("features", features.orb.features, 50, place::kMostFeatures);

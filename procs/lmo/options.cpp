@@ -1,17 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "procs/lmo/options.h"
 
+#include "procs/common/read_seconds.h"
+
 namespace covey {
-namespace {
-
-void read_seconds(ConfigSection& section, const std::string& key, Utime& value, double lowest,
-                  double highest) {
-  double seconds = to_seconds(value);
-  section.read(key, seconds, lowest, highest);
-  value = from_seconds(seconds);
-}
-
-}  // namespace
 
 LmoOptions read_lmo_options(ConfigSection& section) {
   LmoOptions options;
