@@ -15,6 +15,16 @@ namespace covey::testing {
 
 using Drift = std::function<SE3(double seconds)>;
 
+// Odometry that loses 1 % of the way and turns by 0.4 degrees per metre, as the robot drives on at 1 m/s: after 30 m it is 3 m
+// aside and 12 degrees turned.
+inline SE3 bend(double seconds) {
+  const SE3 T_W_first{SO3{}, {0.0, 1.5, 1.0}};
+  const SE3 T_W_now{SO3{}, {seconds, 1.5, 1.0}};
+  Vector6d body_velocity;
+  body_velocity << 0.99, 0.005, 0.02, 0.001, -0.002, 0.007;
+  return T_W_first * SE3::exp(seconds * body_velocity) * T_W_now.inverse();
+}
+
 struct CorridorOptions {
   double length_m = 30.0;
   double step_m = 0.1;   // between vertices

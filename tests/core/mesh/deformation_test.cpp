@@ -14,16 +14,6 @@ using covey::testing::Corridor;
 
 namespace {
 
-// Odometry that loses 1 % of the way and turns by 0.4 degrees per metre, as the robot drives on at 1 m/s: after 30 m it is 3 m
-// aside and 12 degrees turned.
-SE3 bend(double seconds) {
-  const SE3 T_W_first{SO3{}, {0.0, 1.5, 1.0}};
-  const SE3 T_W_now{SO3{}, {seconds, 1.5, 1.0}};
-  Vector6d body_velocity;
-  body_velocity << 0.99, 0.005, 0.02, 0.001, -0.002, 0.007;
-  return T_W_first * SE3::exp(seconds * body_velocity) * T_W_now.inverse();
-}
-
 std::vector<Eigen::Vector3f> deformed(const Corridor& corridor, const DeformationOptions& options = {}) {
   Deformation deformation(corridor.mesh, corridor.keyframes, options);
   deformation.solve();
@@ -48,7 +38,7 @@ TEST_CASE("the factors' Jacobians are those of differences") {
 }
 
 TEST_CASE("a corridor that drift has bent comes back") {
-  const Corridor corridor = testing::make_corridor(bend);
+  const Corridor corridor = testing::make_corridor(testing::bend);
   const testing::Distances before = testing::distances(corridor.mesh.p_O, corridor.p_W);
   REQUIRE(before.max_m > 2.0);
   Deformation deformation(corridor.mesh, corridor.keyframes, room());
@@ -68,7 +58,7 @@ TEST_CASE("vertices stay where they are when no keyframe has moved") {
 
 TEST_CASE("a rigid motion of all keyframes is exact, whatever it is") {
   testing::RandomGeometry random(5);
-  const Corridor measured = testing::make_corridor(bend, {.length_m = 8.0});
+  const Corridor measured = testing::make_corridor(testing::bend, {.length_m = 8.0});
   for (int trial = 0; trial < 3; ++trial) {
     const SE3 T = random.pose();
     Corridor corridor = measured;
@@ -97,14 +87,14 @@ TEST_CASE("a second passage follows its own keyframes, not those of the first") 
 TEST_CASE("each segment goes to its own place") {
   testing::RandomGeometry random(8);
   const SE3 T_W_O = random.pose();
-  Corridor corridor = testing::make_corridor(bend, {.length_m = 10.0});
+  Corridor corridor = testing::make_corridor(testing::bend, {.length_m = 10.0});
   testing::add_passage(corridor, [&](double) { return T_W_O.inverse(); },
                        {.length_m = 10.0, .start_s = 11.0, .segment = 8});
   REQUIRE(testing::distances(deformed(corridor, room()), corridor.p_W).max_m < 0.012);
 }
 
 TEST_CASE("the cost falls, in a few steps, and stepping is solving") {
-  const Corridor corridor = testing::make_corridor(bend);
+  const Corridor corridor = testing::make_corridor(testing::bend);
   Deformation deformation(corridor.mesh, corridor.keyframes, room());
   while (deformation.step()) continue;
   REQUIRE(deformation.result().converged);
@@ -114,7 +104,7 @@ TEST_CASE("the cost falls, in a few steps, and stepping is solving") {
 }
 
 TEST_CASE("a mesh of nothing, of one vertex, of one triangle") {
-  const Corridor corridor = testing::make_corridor(bend, {.length_m = 1.0});
+  const Corridor corridor = testing::make_corridor(testing::bend, {.length_m = 1.0});
   Deformation nothing({}, {});
   nothing.solve();
   REQUIRE(nothing.move(MeasuredMesh{}).empty());

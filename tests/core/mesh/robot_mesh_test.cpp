@@ -13,16 +13,8 @@ using namespace covey::mesh;
 
 namespace {
 
-SE3 bend(double seconds) {
-  const SE3 T_W_first{SO3{}, {0.0, 1.5, 1.0}};
-  const SE3 T_W_now{SO3{}, {seconds, 1.5, 1.0}};
-  Vector6d body_velocity;
-  body_velocity << 0.99, 0.005, 0.02, 0.001, -0.002, 0.007;
-  return T_W_first * SE3::exp(seconds * body_velocity) * T_W_now.inverse();
-}
-
 struct Fixture {
-  testing::Corridor corridor = testing::make_corridor(bend, {.length_m = 20.0});
+  testing::Corridor corridor = testing::make_corridor(testing::bend, {.length_m = 20.0});
   testing::CorridorBlocks blocks = testing::block_messages(corridor);
   RobotMesh mesh{0};
 

@@ -3,6 +3,7 @@
 #include <signal.h>
 
 #include <catch2/catch.hpp>
+#include <functional>
 #include <map>
 #include <memory>
 #include <set>
@@ -15,6 +16,7 @@
 #include "procs/common/log_file.h"
 #include "tests/child_process.h"
 #include "tests/core/pgo/scratch.h"
+#include "tests/wait_until.h"
 
 namespace covey {
 namespace {
@@ -90,18 +92,7 @@ class Team {
   }
   Robot& robot(int id) { return *robots_.at(id); }
 
-  template <typename Condition>
-  bool wait_until(Condition condition, double seconds = 90.0) {
-    bool met = false;
-    const Utime end = loop_.now() + from_seconds(seconds);
-    const auto timer = loop_.call_every(10'000, [&] {
-      met = condition();
-      if (met || loop_.now() > end) loop_.stop();
-    });
-    loop_.run();
-    loop_.cancel(timer);
-    return met;
-  }
+  bool wait_until(const std::function<bool()>& done) { return covey::wait_until(loop_, 90.0, done); }
   bool solved() const {
     std::set<double> rounds;
     for (const auto& [id, robot] : robots_) {

@@ -3,6 +3,7 @@
 #include <signal.h>
 
 #include <catch2/catch.hpp>
+#include <functional>
 #include <map>
 
 #include "procs/common/bus.h"
@@ -10,6 +11,7 @@
 #include "tests/child_process.h"
 #include "tests/core/mesh/corridor_messages.h"
 #include "tests/core/pgo/scratch.h"
+#include "tests/wait_until.h"
 #include "viewer_offscreen/ply.h"
 
 namespace covey {
@@ -101,18 +103,7 @@ class Stage {
     bus_->subscribe(kMeshOptimized,
                     [this](const mesh_optimized_t& part) { parts_[part.round].insert(part.part); });
   }
-  template <typename Condition>
-  bool wait_until(Condition condition) {
-    bool met = false;
-    const Utime end = loop_.now() + from_seconds(30.0);
-    const auto timer = loop_.call_every(10'000, [&] {
-      met = condition();
-      if (met || loop_.now() > end) loop_.stop();
-    });
-    loop_.run();
-    loop_.cancel(timer);
-    return met;
-  }
+  bool wait_until(const std::function<bool()>& done) { return covey::wait_until(loop_, 30.0, done); }
   double gauge(const std::string& name) const {
     for (int k = 0; k < status_.n_gauges; ++k) {
       if (status_.gauge_names[k] == name) return status_.gauge_values[k];
