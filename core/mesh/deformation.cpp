@@ -170,7 +170,6 @@ std::vector<Eigen::Vector3f> Deformation::move(const MeasuredMesh& mesh) const {
 }
 
 const SimplifiedMesh& Deformation::simplified() const { return impl_->simple; }
-const std::vector<SE3>& Deformation::node_poses() const { return impl_->poses; }
 const graph::SolveResult& Deformation::result() const { return impl_->result; }
 
 }  // namespace covey::mesh

@@ -61,8 +61,7 @@ class Deformation {
   std::vector<Eigen::Vector3f> move(const MeasuredMesh& mesh) const;
 
   const SimplifiedMesh& simplified() const;
-  const std::vector<SE3>& node_poses() const;  // M_k, in W
-  const graph::SolveResult& result() const;    // costs of the start and of now, steps so far
+  const graph::SolveResult& result() const;  // costs of the start and of now, steps so far
 
  private:
   struct Impl;

@@ -71,7 +71,7 @@ FrontEndFrame StereoFrontEnd::process(const StereoPictures& pictures, const SO3&
   const cv::Mat left_picture = wrap(pictures.left, pictures.width, pictures.height);
   ImagePyramid left = build_pyramid(left_picture, options_.flow);
   if (!left_.empty()) follow(left, R_prev_cur.inverse(), frame);
-  add_corners(left, frame);
+  add_corners(left);
   frame.tracks.utime = pictures.utime;
   for (const Track& track : tracks_) {
     frame.tracks.tracks.push_back({track.id, track.m, std::nullopt, options_.sigma_px / camera_.fx});
@@ -100,16 +100,14 @@ void StereoFrontEnd::follow(const ImagePyramid& left, const SO3& R_cur_prev, Fro
     before.push_back(tracks_[i]);
     now.push_back({tracks_[i].id, *found[i], *m, tracks_[i].inverse_depth, tracks_[i].search_in});
   }
-  frame.lost_flow = static_cast<int>(tracks_.size() - now.size());
   tracks_ = std::move(now);
-  check_motion(before, R_cur_prev, frame);
+  check_motion(before, R_cur_prev);
   thin_out();
   frame.tracked = static_cast<int>(tracks_.size());
 }
 
 // Drops what moved otherwise than the scene, and takes the depths over into this frame.
-void StereoFrontEnd::check_motion(const std::vector<Track>& before, const SO3& R_cur_prev,
-                                  FrontEndFrame& frame) {
+void StereoFrontEnd::check_motion(const std::vector<Track>& before, const SO3& R_cur_prev) {
   std::vector<TrackFlow> flows;
   for (std::size_t i = 0; i < tracks_.size(); ++i) {
     flows.push_back({before[i].m, tracks_[i].m, before[i].inverse_depth});
@@ -128,7 +126,6 @@ void StereoFrontEnd::check_motion(const std::vector<Track>& before, const SO3& R
     }
     kept.push_back(track);
   }
-  frame.lost_motion = static_cast<int>(tracks_.size() - kept.size());
   tracks_ = std::move(kept);
 }
 
@@ -146,7 +143,7 @@ void StereoFrontEnd::thin_out() {
   tracks_ = std::move(kept);
 }
 
-void StereoFrontEnd::add_corners(const ImagePyramid& left, FrontEndFrame& frame) {
+void StereoFrontEnd::add_corners(const ImagePyramid& left) {
   const bool few = 2 * static_cast<int>(tracks_.size()) < options_.tracks;
   if (++since_corners_ < options_.refill_frames && !few) return;
   since_corners_ = 0;
@@ -155,7 +152,6 @@ void StereoFrontEnd::add_corners(const ImagePyramid& left, FrontEndFrame& frame)
     const auto m = camera_.undistort({pixel.x, pixel.y});
     if (!m) continue;
     tracks_.push_back({next_id_++, pixel, *m, std::nullopt, 0});
-    ++frame.detected;
   }
 }
 

@@ -50,10 +50,7 @@ struct StereoPictures {
 
 struct FrontEndFrame {
   FrameTracks tracks;
-  int tracked = 0;      // from the frame before
-  int lost_flow = 0;    // not found again
-  int lost_motion = 0;  // moved otherwise than the scene
-  int detected = 0;
+  int tracked = 0;  // from the frame before
   int matched = 0;  // with the right picture
 };
 
@@ -77,9 +74,9 @@ class StereoFrontEnd {
   };
 
   void follow(const ImagePyramid& left, const SO3& R_cur_prev, FrontEndFrame& frame);
-  void check_motion(const std::vector<Track>& before, const SO3& R_cur_prev, FrontEndFrame& frame);
+  void check_motion(const std::vector<Track>& before, const SO3& R_cur_prev);
   void thin_out();
-  void add_corners(const ImagePyramid& left, FrontEndFrame& frame);
+  void add_corners(const ImagePyramid& left);
   void match_right(const ImagePyramid& left, const cv::Mat& right, FrontEndFrame& frame);
 
   PinholeCamera camera_;
