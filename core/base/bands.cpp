@@ -2,6 +2,7 @@
 #include "core/base/bands.h"
 
 #include <algorithm>
+#include <limits>
 
 namespace covey {
 
@@ -26,9 +27,10 @@ std::vector<band_t> split_bands(const Bytes& message, Utime utime, std::int64_t 
 
 BandAssembler::Result BandAssembler::add(band_t band) {
   Result result;
-  const std::int32_t bands = std::max(1, (band.total_bytes + kBandBytes - 1) / kBandBytes);
-  if (band.total_bytes < 0 || band.total_bytes > kMostBytes || band.bands != bands || band.band < 0 ||
-      band.band >= bands || band.number < 0 ||
+  const std::int32_t total = std::clamp(band.total_bytes, 0, kMostBytes);
+  const std::int32_t bands = std::max(1, (total + kBandBytes - 1) / kBandBytes);
+  if (band.total_bytes != total || band.bands != bands || band.band < 0 || band.band >= bands ||
+      band.number < 0 || band.number == std::numeric_limits<std::int32_t>::max() ||
       band.n != std::min(kBandBytes, band.total_bytes - band.band * kBandBytes)) {
     result.dropped = "impossible";
     return result;

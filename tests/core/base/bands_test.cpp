@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <limits>
 #include <numeric>
 #include <random>
 
@@ -56,6 +57,11 @@ TEST_CASE("Doubled bands, impossible ones and those of an earlier run are refuse
   impossible = bands[1];
   impossible.total_bytes = 2'000'000'000;
   CHECK(assembler.add(impossible).dropped == "impossible");
+  impossible = bands[1];
+  impossible.total_bytes = std::numeric_limits<std::int32_t>::max();
+  CHECK(assembler.add(impossible).dropped == "impossible");
+  impossible = split_bands(message_of(10, 1), 1000, 5, std::numeric_limits<std::int32_t>::max())[0];
+  CHECK(assembler.add(impossible).dropped == "impossible");  // no number would follow it
   const auto earlier = split_bands(message_of(10, 1), 1000, 4, 0);
   CHECK(assembler.add(earlier[0]).dropped == "old");
 }
