@@ -12,6 +12,10 @@ namespace {
 constexpr double kFarthestM = 1e6;
 constexpr double kUnitTolerance = 0.01;
 
+constexpr std::int32_t kMostId = 1'000'000'000;  // there are ids before and after it
+
+bool is_id(std::int32_t id) { return id >= 0 && id <= kMostId; }
+
 bool is_unit(double norm) { return std::abs(norm - 1.0) < kUnitTolerance; }
 
 bool is_bearing(const Eigen::Vector3f& bearing) { return is_unit(bearing.norm()) && bearing.z() > 0.01F; }
@@ -36,7 +40,7 @@ lcd_words_t words_message(const KeyframeName& name, Utime utime, const BagOfWord
 }
 
 std::optional<BagOfWords> bag_from(const lcd_words_t& message, int words) {
-  if (message.n <= 0 || message.n > words || message.id < 0) return std::nullopt;
+  if (message.n <= 0 || message.n > words || !is_id(message.id) || message.utime < 0) return std::nullopt;
   double sum = 0.0;
   std::int32_t least = 0;
   for (std::size_t k = 0; k < message.words.size(); ++k) {
@@ -78,7 +82,7 @@ lcd_features_t features_message(const KeyframeName& name, Utime utime, int to,
 
 std::optional<FrameFeatures> features_from(const lcd_features_t& message) {
   if (message.n < 0 || message.n > kMostFeatures || message.n_values != 3 * message.n ||
-      message.n_bytes != static_cast<std::int32_t>(kDescriptorBytes) * message.n || message.id < 0) {
+      message.n_bytes != static_cast<std::int32_t>(kDescriptorBytes) * message.n || !is_id(message.id)) {
     return std::nullopt;
   }
   FrameFeatures features;
@@ -119,7 +123,7 @@ loop_t loop_message(const KeyframeName& a, const KeyframeName& b, const Verifica
 }
 
 bool is_good(const loop_t& loop) {
-  if (loop.id_a < 0 || loop.id_b < 0) return false;
+  if (!is_id(loop.id_a) || !is_id(loop.id_b)) return false;
   const Eigen::Map<const Eigen::Vector4d> q(loop.q_A_B);
   const Eigen::Map<const Eigen::Vector3d> t(loop.t_A_B);
   const Eigen::Map<const Matrix6d> covariance(loop.covariance);

@@ -58,6 +58,13 @@ TEST_CASE("words cross as they are") {
   REQUIRE(back);
   REQUIRE(back->words == bag.words);
   REQUIRE(back->weights == bag.weights);
+  // What cannot be counted from without an overflow.
+  lcd_words_t extreme = message;
+  extreme.id = std::numeric_limits<std::int32_t>::max();
+  REQUIRE_FALSE(bag_from(extreme, vocabulary.words()));
+  extreme = message;
+  extreme.utime = std::numeric_limits<std::int64_t>::min();
+  REQUIRE_FALSE(bag_from(extreme, vocabulary.words()));
 }
 
 TEST_CASE("closures are the same only with the same ends and the same numbers") {
