@@ -16,6 +16,8 @@ constexpr std::size_t kMostImages = 16;
 constexpr Utime kSayPeriodUs = 10'000;
 constexpr std::size_t kBytesPerTick =
     40'000;  // stock receive buffers hold 212,992 bytes, and a reader may be late by some ticks
+// From a robot's start: beyond it a float has no centimetres, and lmo takes no vertices.
+constexpr double kFurthestM = 1e5;
 constexpr Utime kDuePeriodUs = 250'000;
 
 SE3 pose_of(const state_t& state) {
@@ -26,7 +28,7 @@ SE3 pose_of(const state_t& state) {
 bool is_pose(const state_t& state) {
   const Eigen::Map<const Eigen::Vector4d> q(state.q_O_B);
   const Eigen::Map<const Eigen::Vector3d> t(state.t_O_B);
-  return q.allFinite() && t.allFinite() && std::abs(q.norm() - 1.0) < 1e-3;
+  return q.allFinite() && t.norm() < kFurthestM && std::abs(q.norm() - 1.0) < 1e-3;
 }
 
 const char* word(mesh::PoseLookup lookup) {

@@ -55,6 +55,12 @@ void write_log(const RgbdStage& stage, const std::filesystem::path& file) {
     image.utime = 1'000'000 + utime + (has_image ? 5'000 : 0);
     if (utime >= 300'000) {
       const GivenOdometry::Said said = odometry.add(1'000'000 + utime, T_O_B);
+      if (utime == 2'050'000) {
+        state_t astray = said.state;
+        astray.utime -= 2'000;
+        astray.t_O_B[0] = 1e300;
+        writer.write(kState, astray);
+      }
       writer.write(kState, said.state);
       if (said.keyframe) writer.write(kKeyframe, *said.keyframe);
     }
@@ -102,6 +108,7 @@ TEST_CASE("mesher makes the mesh of a log, the same each time") {
   }
   // Fifteen images and one of them damaged; the first two came before any STATE.
   CHECK(said.counters.at("dropped/DEPTH/size") == 1);
+  CHECK(said.counters.at("dropped/STATE/values") == 1);
   CHECK(said.counters.at("dropped/DEPTH/no_pose") == 2);
   CHECK(said.counters.at("integrated") == 12);
 
