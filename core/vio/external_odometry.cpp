@@ -9,6 +9,7 @@
 namespace covey::vio {
 namespace {
 
+constexpr int kClockWentBack = 20;  // late poses in a row
 constexpr double kDegree = std::numbers::pi / 180.0;
 
 // The yaw of the body's x axis; of its y axis less a quarter turn where x stands upright.
@@ -37,11 +38,14 @@ ExternalOdometryOptions read_external_odometry_options(ConfigSection& section) {
 
 VioFrame ExternalOdometry::add(const OdometryPose& pose) {
   VioFrame frame;
-  if (segment_ && pose.utime <= segment_->last.utime) {
+  const bool late = segment_ && pose.utime <= segment_->last.utime;
+  late_ = late ? late_ + 1 : 0;
+  if (late && late_ <= kClockWentBack) {
     frame.dropped = "late";
     return frame;
   }
-  if (!segment_ || begins_anew(pose)) {
+  if (!segment_ || late || begins_anew(pose)) {
+    late_ = 0;
     open(pose, frame);
   } else {
     step(pose, frame);

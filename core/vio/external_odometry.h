@@ -52,7 +52,8 @@ class ExternalOdometry {
   ExternalOdometry(const VioOptions& options, const ExternalOdometryOptions& odometry)
       : options_(options), odometry_(odometry) {}
 
-  // The state, and a keyframe where one is due; dropped: "late".
+  // The state, and a keyframe where one is due; dropped: "late". So many late ones in a row that it is no disorder but another clock
+  // begin a segment.
   VioFrame add(const OdometryPose& pose);
 
  private:
@@ -65,6 +66,7 @@ class ExternalOdometry {
   VioOptions options_;
   ExternalOdometryOptions odometry_;
   std::optional<ExternalSegment> segment_;
+  int late_ = 0;  // in a row
 };
 
 }  // namespace covey::vio

@@ -45,17 +45,24 @@ ImageSource::ImageSource(Process& process, const VioProcessOptions& options, Vio
 }
 
 void ImageSource::on_imu(const imu_t& message) {
+  const Utime before = estimator_.imu_until();
   if (const char* reason = estimator_.add_imu(sample_from(message))) {
     process_.status().count(fmt::format("dropped/{}/{}", kImu.name, reason));
     return;
   }
+  if (estimator_.imu_until() < before) last_frame_ = 0;  // the clock went back
   if (const auto state = estimator_.predict()) output_.publish_state(*state);
   work();
 }
 
 void ImageSource::on_stereo(const stereo_t& message) {
   if (const char* reason = front_end_.refuse(pictures_from(message))) return drop(reason);
-  if (message.utime <= (waiting_.empty() ? last_frame_ : waiting_.back().utime)) return drop("late");
+  if (message.utime <= last_frame_) return drop("late");
+  // What waits with a later stamp goes, else one false stamp would keep out all that come after it.
+  while (!waiting_.empty() && waiting_.back().utime >= message.utime) {
+    waiting_.pop_back();
+    drop("disorder");
+  }
   if (waiting_.size() == kMostWaiting) {
     waiting_.pop_front();
     drop("no_imu");

@@ -37,6 +37,8 @@ std::optional<vio::OdometryPose> odometry_from(const odometry_t& message) {
   if (!q.coeffs().allFinite() || q.norm() < kLeastNorm || !t.allFinite() || !covariance.allFinite()) {
     return std::nullopt;
   }
+  const bool is_known = !covariance.isZero(0.0);
+  if (is_known && !(covariance.diagonal().array() > 0.0).all()) return std::nullopt;
   return vio::OdometryPose{message.utime, message.segment, {SO3::from_quaternion(q), t}, covariance};
 }
 

@@ -3,6 +3,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <catch2/catch.hpp>
+#include <string>
 
 using namespace covey;
 using namespace covey::vio;
@@ -98,4 +99,19 @@ TEST_CASE("another segment of the sender, or a jump, opens a segment; what is la
   renamed.segment = 77;
   CHECK(odometry.add(renamed).keyframes.size() == 1);
   CHECK(odometry.add(renamed).health.segments == 0);
+}
+
+TEST_CASE("odometry whose clock went back begins a segment; a few late poses are only late") {
+  ExternalOdometry odometry({}, {});
+  for (int k = 1000; k <= 1010; ++k) CHECK(odometry.add(pose_at(k)).dropped == nullptr);
+  for (int k = 1000; k < 1010; ++k) CHECK(odometry.add(pose_at(k)).dropped == std::string("late"));
+  CHECK(odometry.add(pose_at(1011)).health.segments == 1);
+  int taken = 0;
+  VioFrame frame;
+  for (int k = 0; k < 100; ++k) {
+    frame = odometry.add(pose_at(k));
+    if (frame.dropped == nullptr) ++taken;
+  }
+  CHECK(taken == 80);
+  CHECK(frame.health.segments == 2);
 }

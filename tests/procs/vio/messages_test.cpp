@@ -52,11 +52,16 @@ TEST_CASE("odometry with values that are no poses is refused") {
   message.q_O_B[0] = 2.0;
   message.t_O_B[2] = 7.0;
   message.covariance[1] = 0.5;
+  CHECK_FALSE(odometry_from(message));  // a keyframe without variance is one that no pose graph takes
+  for (int k = 0; k < 6; ++k) message.covariance[7 * k] = 1.0;
   const auto pose = odometry_from(message);
   REQUIRE(pose);
   CHECK(pose->T_O_B.translation.z() == 7.0);
   CHECK(pose->T_O_B.rotation.log().norm() == 0.0);
   CHECK(pose->covariance(0, 1) == 0.5);
+  message.covariance[35] = -1.0;
+  CHECK_FALSE(odometry_from(message));
+  message.covariance[35] = 1.0;
   message.t_O_B[0] = std::numeric_limits<double>::quiet_NaN();
   CHECK_FALSE(odometry_from(message));
 }

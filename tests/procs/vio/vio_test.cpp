@@ -7,9 +7,11 @@
 #include <map>
 #include <sstream>
 
+#include "core/base/bands.h"
 #include "core/eval/ate.h"
 #include "core/geometry/trajectory.h"
 #include "procs/common/bus.h"
+#include "procs/common/log_file.h"
 #include "procs/common/sensor_log.h"
 #include "tests/child_process.h"
 #include "tests/core/pgo/scratch.h"
@@ -58,7 +60,64 @@ Trajectory read_truth(const std::filesystem::path& clip) {
   return truth;
 }
 
+// Grey images and an IMU at rest, in the order in which they come, whatever their stamps.
+class DisorderedLog {
+ public:
+  explicit DisorderedLog(const std::filesystem::path& file) : log_(file.string()) {}
+
+  void image(Utime utime) {
+    stereo_t message{};
+    message.utime = utime;
+    message.width = 752;
+    message.height = 480;
+    message.left.assign(752 * 480, 128);
+    message.right = message.left;
+    message.n_left = message.n_right = 752 * 480;
+    for (const band_t& band : split_bands(encode(message), utime, 1, images_))
+      log_.write(now_, kStereo.name, encode(band));
+    ++images_;
+  }
+  // At 200 Hz, an image with every tenth sample where wanted.
+  void rest(Utime begin, Utime length, bool with_images) {
+    for (Utime utime = begin; utime < begin + length; utime += 5'000) {
+      if (with_images && (utime - begin) % 50'000 == 0) image(utime);
+      imu_t message{};
+      message.utime = utime;
+      message.accel[2] = 9.81;
+      log_.write(now_, kImu.name, encode(message));
+      now_ += 5'000;
+    }
+  }
+  void finish() { log_.flush(); }
+
+ private:
+  LogRecorder log_;
+  Utime now_ = kUsPerSecond;
+  std::int32_t images_ = 0;
+};
+
 }  // namespace
+
+TEST_CASE("vio goes on after an image with a false stamp, and after the sensors' clock went back") {
+  const ScratchFile log;
+  const ScratchFile out;
+  const ScratchFile said_by;
+  DisorderedLog writer(log.path);
+  writer.rest(100'000'000, 200'000, true);
+  writer.image(3'700'000'000);
+  writer.rest(100'200'000, 200'000, true);
+  writer.rest(1'000'000, 1'100'000, false);
+  writer.rest(2'100'000, 200'000, true);
+  writer.finish();
+  ChildProcess vio(
+      "vio", {"--robot", "0", "--config", kConfig, "--url", "file://" + log.path.string(), "--out", out.path},
+      said_by.path);
+  REQUIRE(vio.wait(60.0) == 0);
+  const Said said = read_said(out.path);
+  CHECK(said.counters.at("frames") == 12);
+  CHECK(said.counters.at("dropped/STEREO/disorder") == 1);
+  CHECK(said.counters.at("dropped/IMU/late") == 200);
+}
 
 TEST_CASE("vio cuts the same keyframes and states from somebody else's odometry") {
   const ScratchFile log;
