@@ -83,7 +83,7 @@ TEST_CASE("covariances of steps add up along the way, seen from the newest pose"
   }
 }
 
-TEST_CASE("another segment of the sender, or a jump, opens a segment; what is late is dropped") {
+TEST_CASE("another segment of the sender, or a jump, opens a segment, and what is late is dropped") {
   ExternalOdometry odometry({}, {});
   CHECK(odometry.add(pose_at(0)).keyframes.size() == 1);
   CHECK(odometry.add(pose_at(1)).keyframes.empty());
@@ -101,7 +101,7 @@ TEST_CASE("another segment of the sender, or a jump, opens a segment; what is la
   CHECK(odometry.add(renamed).health.segments == 0);
 }
 
-TEST_CASE("odometry whose clock went back begins a segment; a few late poses are only late") {
+TEST_CASE("odometry whose clock went back begins a segment, but a few late poses are only late") {
   ExternalOdometry odometry({}, {});
   for (int k = 1000; k <= 1010; ++k) CHECK(odometry.add(pose_at(k)).dropped == nullptr);
   for (int k = 1000; k < 1010; ++k) CHECK(odometry.add(pose_at(k)).dropped == std::string("late"));
