@@ -29,6 +29,8 @@ if(COVEY_SANITIZE)
   endif()
   # Under a sanitizer GCC 12 takes std::regex's insides for uninitialised.
   add_compile_options(${covey_sanitize_flags} -Wno-maybe-uninitialized)
+  # Under the address sanitizer Eigen would align its memory by hand, and free by hand what OpenGV's Eigen has from plain malloc.
+  add_compile_definitions(EIGEN_MALLOC_ALREADY_ALIGNED=1)
   add_link_options(${covey_sanitize_flags})
 endif()
 
