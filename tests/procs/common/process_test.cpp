@@ -165,7 +165,7 @@ TEST_CASE("Wrong types, garbage and absurd counts are counted, and the process g
   CHECK(reader->wait(kPatienceS) == 0);
 }
 
-TEST_CASE("--out records what a process published, with its time") {
+TEST_CASE("What --out records is what a process published, with its time") {
   Stage stage;
   const auto writer = stage.start({"--write", "20", "--out", stage.file("out.lcm")});
   REQUIRE(stage.wait_until([&] { return stage.phase("idle"); }));

@@ -157,7 +157,7 @@ TEST_CASE("a folder in EuRoC's layout has what the log has, and the truth with v
   CHECK((end.v_W - states[400].v_W).norm() < 0.02);
 }
 
-TEST_CASE("--truth has world, labels, contacts and every robot's way") {
+TEST_CASE("The truth has world, labels, contacts and every robot's way") {
   const ScratchFile folder;
   REQUIRE(run_sim({"--world", "town", "--robots", "2", "--seconds", "10", "--truth", folder.path}).code == 0);
   const viewer::Mesh world = viewer::read_ply(folder.path / "world.ply");
