@@ -99,6 +99,8 @@ class Bus {
   using BytesHandler = std::function<bool(const Bytes&)>;  // false: undecodable
   using NumberOf = std::function<bool(const Bytes&, StreamMessage&)>;
 
+  template <typename T>
+  static BytesHandler decoded(MessageHandler<T> handler);
   void subscribe_bytes(const std::string& channel, BytesHandler handler, QueueOptions queue);
   void subscribe_stream(const std::string& channel, NumberOf number_of, BytesHandler handler,
                         const StreamPositions& have);
@@ -119,16 +121,18 @@ std::string depth_bus_url(int robot);
 bool is_log_url(const std::string& url);
 
 template <typename T>
+Bus::BytesHandler Bus::decoded(MessageHandler<T> handler) {
+  return [handler = std::move(handler)](const Bytes& bytes) {
+    T message{};
+    if (!decode(bytes, message)) return false;
+    handler(message);
+    return true;
+  };
+}
+
+template <typename T>
 void Bus::subscribe(const Channel<T>& channel, MessageHandler<T> handler, QueueOptions queue) {
-  subscribe_bytes(
-      channel.name,
-      [handler = std::move(handler)](const Bytes& bytes) {
-        T message{};
-        if (!decode(bytes, message)) return false;
-        handler(message);
-        return true;
-      },
-      queue);
+  subscribe_bytes(channel.name, decoded<T>(std::move(handler)), queue);
 }
 
 template <typename T>
@@ -147,13 +151,7 @@ void Bus::subscribe(const StreamChannel<T>& channel, MessageHandler<T> handler, 
         numbered.number = channel.number(message);
         return true;
       },
-      [handler = std::move(handler)](const Bytes& bytes) {
-        T message{};
-        if (!decode(bytes, message)) return false;
-        handler(message);
-        return true;
-      },
-      have);
+      decoded<T>(std::move(handler)), have);
 }
 
 template <typename T>
@@ -163,15 +161,7 @@ void Bus::publish(const StreamChannel<T>& channel, const T& message) {
 
 template <typename T>
 void Bus::subscribe(const BandedChannel<T>& channel, MessageHandler<T> handler, QueueOptions queue) {
-  subscribe_bands(
-      channel.name,
-      [handler = std::move(handler)](const Bytes& bytes) {
-        T message{};
-        if (!decode(bytes, message)) return false;
-        handler(message);
-        return true;
-      },
-      queue);
+  subscribe_bands(channel.name, decoded<T>(std::move(handler)), queue);
 }
 
 template <typename T>
