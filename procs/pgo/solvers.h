@@ -41,6 +41,10 @@ struct Solver {
   Solution (*solve)(const pgo::PoseGraph& graph, const SolverOptions& options) = nullptr;
 };
 
+// One family to a file, <family>_solvers.cpp; all of them in the order of --help.
+std::vector<Solver> central_solvers();
+std::vector<Solver> rbcd_solvers();
+std::vector<Solver> dgnc_solvers();
 const std::vector<Solver>& all_solvers();
 
 }  // namespace covey

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/pgo/start.h"
+#include "procs/pgo/solvers.h"
+#include "procs/pgo/team_solution.h"
+
+namespace covey {
+namespace {
+
+Solution solve_dgnc(const pgo::PoseGraph& graph, const SolverOptions& options) {
+  pgo::DistributedOptions distributed;
+  distributed.dgnc.barc2 = options.barc2;
+  return solve_as_team(pgo::robust_form(graph), distributed);
+}
+
+Solution solve_dgnc_naive(const pgo::PoseGraph& graph, const SolverOptions& options) {
+  pgo::DistributedOptions distributed;
+  distributed.dgnc.barc2 = options.barc2;
+  distributed.start = pgo::naive_start(graph, options.seed);
+  return solve_as_team(pgo::robust_form(graph), distributed);
+}
+
+}  // namespace
+
+std::vector<Solver> dgnc_solvers() {
+  return {
+      {"dgnc", "a team's graduated non-convexity over rbcd, robots aligned robustly", true, solve_dgnc},
+      {"dgnc-naive", "the same, robots aligned by one random loop each", true, solve_dgnc_naive},
+  };
+}
+
+}  // namespace covey
