@@ -43,52 +43,12 @@
 #include <string>
 #include <vector>
 
+#include "core/pgo/agreed_problem.h"
 #include "core/pgo/dgnc_options.h"
-#include "core/pgo/robot_graph.h"
 #include "core/pgo/round_message.h"
+#include "core/pgo/round_result.h"
 
 namespace covey::pgo {
-
-// Names the frame W of the part of the team whose anchor is given, as that round leaves it: O of that segment of the
-// anchor; never 0. With the segment, since a team that was restarted as a whole counts its rounds from 1 again.
-std::int64_t frame_name(const RoundName& name, int anchor, Utime segment);
-
-// Where a segment's poses are when the round begins: in its odometry frame (solution 0), or as an earlier solution left them.
-struct SegmentStart {
-  std::int64_t solution = 0;
-  std::vector<SE3> T_S_K;
-};
-
-struct LoopResult {
-  GraphLoop loop;
-  double weight = 0.0;
-  double r2 = 0.0;
-};
-
-struct SegmentResult {
-  Utime segment = 0;
-  bool placed = false;  // connected to W
-  std::vector<SE3> T_W_K;
-};
-
-struct RoundResult {  // of this robot
-  RoundName name;
-  int anchor = 0;           // of this robot's part of the team: W is its O
-  std::int64_t frame = 0;   // name of W
-  std::vector<int> robots;  // of that part
-  std::vector<SegmentResult> segments;
-  std::vector<LoopResult> loops;  // private and shared
-  std::uint64_t graph = 0;        // hash of what was solved
-  int keyframes = 0;
-  int loops_used = 0;  // loops.size() minus those that only one end knew
-  int loops_kept = 0;  // with weight 1
-  int owned_kept = 0;  // of these: private, or shared with a higher robot
-  double owned_cost =
-      0.0;  // odometry r2 + min(r2, barc2) over private loops and those shared with a higher robot; sums to the team's
-  int stages = 0;
-  int updates = 0;
-  std::vector<std::string> warnings;
-};
 
 class DgncRound {
  public:

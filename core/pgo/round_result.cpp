@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "core/pgo/round_result.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+
+namespace covey::pgo {
+namespace {
+
+double residual_sq(const SE3& T_W_A, const SE3& T_W_B, const SE3& T_A_B, const Precision& precision) {
+  const SE3 predicted = T_W_A * T_A_B;
+  return precision.kappa * (T_W_B.rotation.matrix() - predicted.rotation.matrix()).squaredNorm() +
+         precision.tau * (T_W_B.translation - predicted.translation).squaredNorm();
+}
+
+// The lower robot of a pair says when nothing is left between them.
+void warn_of_rejected_pairs(const AgreedProblem& problem, double barc2, RoundResult& result) {
+  struct Pair {
+    int total = 0;
+    int rejected = 0;
+    double smallest = std::numeric_limits<double>::infinity();
+  };
+  std::map<int, Pair> pairs;
+  for (const LoopResult& loop : result.loops) {
+    const int peer = problem.other_end(loop.loop).robot;
+    if (peer <= problem.robot()) continue;
+    Pair& pair = pairs[peer];
+    ++pair.total;
+    if (loop.weight == 0.0) ++pair.rejected;
+    pair.smallest = std::min(pair.smallest, loop.r2);
+  }
+  for (const auto& [peer, pair] : pairs) {
+    if (pair.rejected < pair.total) continue;
+    result.warnings.push_back(
+        fmt::format("all {} closures of robots {}-{} were rejected; the smallest squared residual is "
+                    "{:.4g} against barc^2 {:.4g}",
+                    pair.total, problem.robot(), peer, pair.smallest, barc2));
+  }
+}
+
+}  // namespace
+
+std::vector<SegmentResult> placed_segments(const AgreedProblem& problem, const std::vector<SE3>& T_root_K) {
+  const SE3 T_W_root = problem.root_pose();
+  std::vector<SegmentResult> segments;
+  auto next = T_root_K.begin();
+  for (std::size_t s = 0; s < problem.graph.segments.size(); ++s) {
+    const Segment& segment = problem.graph.segments[s];
+    SegmentResult placed{segment.name, problem.placed(static_cast<int>(s)), {}};
+    for (std::size_t k = 0; k < segment.poses.size(); ++k) placed.T_W_K.push_back(T_W_root * *next++);
+    segments.push_back(std::move(placed));
+  }
+  return segments;
+}
+
+RoundResult round_result(const AgreedProblem& problem, const RoundSolution& solution, double barc2) {
+  RoundResult result;
+  result.name = problem.name;
+  result.anchor = problem.anchor();
+  result.frame = problem.world();
+  result.robots = problem.part;
+  result.segments = placed_segments(problem, solution.T_root_K);
+  result.graph = problem.graph.hash;
+  result.keyframes = problem.graph.poses();
+  result.warnings = problem.warnings;
+  for (std::size_t s = 0; s < problem.graph.segments.size(); ++s) {
+    const auto& odometry = problem.graph.segments[s].poses;
+    const auto& T = result.segments[s].T_W_K;
+    for (std::size_t k = 1; k < T.size(); ++k) {
+      result.owned_cost += residual_sq(T[k - 1], T[k], odometry[k].T_P_K, odometry[k].precision);
+    }
+  }
+  const auto add = [&](const GraphLoop& loop, double weight, double r2, bool owned) {
+    result.loops.push_back({loop, weight, r2});
+    if (weight == 1.0) ++result.loops_kept;
+    if (!owned) return;
+    ++(weight == 1.0 ? result.weights_one : weight == 0.0 ? result.weights_zero : result.weights_between);
+    if (weight == 1.0) ++result.owned_kept;
+    result.owned_cost += std::min(r2, barc2);
+  };
+  const auto own_pose = [&](const KeyframeName& keyframe) {
+    return result.segments[problem.segment_place(keyframe.segment)].T_W_K[keyframe.id];
+  };
+  for (std::size_t e = 0; e < problem.graph.private_loops.size(); ++e) {
+    const GraphLoop& loop = problem.graph.private_loops[e];
+    add(loop, solution.private_weights[static_cast<Eigen::Index>(e)],
+        residual_sq(own_pose(loop.a), own_pose(loop.b), loop.T_A_B, loop.precision), true);
+  }
+  const SE3 T_W_root = problem.root_pose();
+  for (std::size_t e = 0; e < problem.ends.size(); ++e) {
+    const SharedEnd& end = problem.ends[e];
+    const SE3 T_mine = own_pose(problem.own_end(end.loop));
+    const SE3 T_peer = T_W_root * solution.T_root_K_public.at(end.peer)[end.peer_place];
+    const bool a_mine = end.loop.a.robot == problem.robot();
+    add(end.loop, solution.shared_weights[static_cast<Eigen::Index>(e)],
+        residual_sq(a_mine ? T_mine : T_peer, a_mine ? T_peer : T_mine, end.loop.T_A_B, end.loop.precision),
+        problem.owns(end));
+  }
+  result.loops_used = static_cast<int>(result.loops.size());
+  warn_of_rejected_pairs(problem, barc2, result);
+  for (const SegmentResult& segment : result.segments) {
+    if (segment.placed) continue;
+    result.warnings.push_back(
+        fmt::format("segment {} of robot {} has no closure that connects it to the team", segment.segment,
+                    problem.robot()));
+  }
+  return result;
+}
+
+}  // namespace covey::pgo
