@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/pgo/robot_graph.h"
 
-#include <array>
-#include <bit>
+#include <cmath>
 #include <utility>
 
 #include "core/pgo/hash.h"
@@ -25,7 +24,13 @@ bool is_covariance(const Matrix6d& covariance) {
   return precision.kappa < kLargestPrecision && precision.tau < kLargestPrecision;
 }
 
-std::uint64_t key_of(const Loop& loop, const Precision& precision) {
+bool is_gravity(const Gravity& gravity) {
+  if (gravity.sigma == 0.0) return true;
+  return gravity.sigma > 0.0 && std::abs(gravity.down_K.norm() - 1.0) < 0.01;
+}
+
+// Of what was measured, whatever it counts as.
+std::uint64_t key_of(const Loop& loop) {
   Hash hash;
   for (const KeyframeName& name : {loop.a, loop.b}) {
     hash.add(static_cast<std::uint64_t>(name.robot));
@@ -35,16 +40,13 @@ std::uint64_t key_of(const Loop& loop, const Precision& precision) {
   const Eigen::Quaterniond q = loop.T_A_B.rotation.canonical_quaternion();
   for (const double value : {q.w(), q.x(), q.y(), q.z()}) hash.add(value);
   for (const double value : loop.T_A_B.translation) hash.add(value);
+  const Precision precision = precision_of(loop.covariance);
   hash.add(precision.kappa);
   hash.add(precision.tau);
   return hash.value();
 }
 
 }  // namespace
-
-Precision precision_of(const Matrix6d& covariance) {
-  return {1.5 / covariance.bottomRightCorner<3, 3>().trace(), 3.0 / covariance.topLeftCorner<3, 3>().trace()};
-}
 
 int GraphSnapshot::poses() const {
   std::size_t n = 0;
@@ -62,13 +64,18 @@ const char* RobotGraph::add(const Keyframe& keyframe) {
   if (keyframe.name.robot != robot_) return "robot";
   const bool first = keyframe.name.id == 0;
   if (!is_pose(keyframe.T_O_K) || !is_pose(keyframe.T_P_K)) return "values";
+  if (!is_gravity(keyframe.gravity)) return "values";
   if (!first && !is_covariance(keyframe.covariance)) return "values";
   const auto segment = segments_.find(keyframe.name.segment);
   const int next = segment == segments_.end() ? 0 : static_cast<int>(segment->second.size());
   if (keyframe.name.id < next) return "duplicate";
   if (keyframe.name.id > next) return "gap";
-  segments_[keyframe.name.segment].push_back({keyframe.utime, keyframe.T_O_K, keyframe.T_P_K,
-                                              first ? Precision{} : precision_of(keyframe.covariance)});
+  OdometryPose pose{keyframe.utime, keyframe.T_O_K, keyframe.T_P_K, {}, Matrix6d::Zero(), keyframe.gravity};
+  if (!first) {
+    pose.precision = precision_of(deciding_covariance(keyframe.covariance, noise_));
+    pose.covariance = keyframe.covariance;
+  }
+  segments_[keyframe.name.segment].push_back(pose);
   return nullptr;
 }
 
@@ -76,11 +83,10 @@ const char* RobotGraph::add(const Loop& loop) {
   if ((loop.a.robot != robot_ && loop.b.robot != robot_) || loop.a.robot < 0 || loop.b.robot < 0)
     return "robot";
   if (!is_pose(loop.T_A_B) || !is_covariance(loop.covariance) || loop.a == loop.b) return "values";
-  const Precision precision = precision_of(loop.covariance);
-  const std::uint64_t key = key_of(loop, precision);
-  if (!loops_.emplace(key, GraphLoop{key, loop.a, loop.b, loop.T_A_B, precision, false}).second)
-    return "duplicate";
-  return nullptr;
+  const std::uint64_t key = key_of(loop);
+  const Precision precision = precision_of(deciding_covariance(loop.covariance, noise_));
+  const GraphLoop kept{key, loop.a, loop.b, loop.T_A_B, precision, false, loop.covariance};
+  return loops_.emplace(key, kept).second ? nullptr : "duplicate";
 }
 
 GraphSnapshot RobotGraph::snapshot() const {

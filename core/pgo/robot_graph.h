@@ -2,9 +2,8 @@
 #pragma once
 
 // What one robot knows of the team's pose graph: its own keyframes, chained by odometry within each segment, and the loop
-// closures that have one of them at an end. Covariances become the precisions of CONVENTIONS.md,
-//
-//   tau = 3 / tr(Sigma_t),   kappa = 3 / (2 tr(Sigma_R)).
+// closures that have one of them at an end. Covariances are kept as they come; the precisions that decide what is an outlier
+// follow from them by edge_noise.h.
 //
 // A GraphSnapshot is the part that a round can use: the segments, loops with both ends among them (private), and loops
 // with the own end among them and the other at another robot (shared). A loop is named by a hash of its ends and its
@@ -18,6 +17,7 @@
 
 #include "core/base/time.h"
 #include "core/geometry/se3.h"
+#include "core/pgo/edge_noise.h"
 
 namespace covey::pgo {
 
@@ -28,12 +28,18 @@ struct KeyframeName {
   auto operator<=>(const KeyframeName&) const = default;
 };
 
+struct Gravity {
+  Eigen::Vector3d down_K = Eigen::Vector3d::Zero();  // unit vector in the keyframe's frame
+  double sigma = 0.0;                                // rad; 0: not known
+};
+
 struct Keyframe {
   KeyframeName name;
   Utime utime = 0;
   SE3 T_O_K;
   SE3 T_P_K;                               // from the keyframe before; not used for id 0
   Matrix6d covariance = Matrix6d::Zero();  // of T_P_K, [rho; phi]; not used for id 0
+  Gravity gravity{};
 };
 
 struct Loop {
@@ -43,17 +49,13 @@ struct Loop {
   Matrix6d covariance = Matrix6d::Identity();
 };
 
-struct Precision {
-  double kappa = 1.0;
-  double tau = 1.0;
-};
-Precision precision_of(const Matrix6d& covariance);
-
 struct OdometryPose {
   Utime utime = 0;
   SE3 T_O_K;
   SE3 T_P_K;
   Precision precision;
+  Matrix6d covariance = Matrix6d::Zero();  // of T_P_K as measured; zero: not known
+  Gravity gravity{};
 };
 
 struct Segment {
@@ -67,7 +69,8 @@ struct GraphLoop {
   KeyframeName b;
   SE3 T_A_B;
   Precision precision;
-  bool known_inlier = false;  // its weight stays 1
+  bool known_inlier = false;               // its weight stays 1
+  Matrix6d covariance = Matrix6d::Zero();  // of T_A_B as measured; zero: not known
 };
 
 struct GraphSnapshot {
@@ -83,7 +86,7 @@ struct GraphSnapshot {
 
 class RobotGraph {
  public:
-  explicit RobotGraph(int robot) : robot_(robot) {}
+  explicit RobotGraph(int robot, const NoiseOptions& noise = {}) : robot_(robot), noise_(noise) {}
 
   // Null when taken, else why not: "robot", "duplicate", "gap", "values" (not finite, beyond any
   // measure, not a rotation, not positive).
@@ -94,6 +97,7 @@ class RobotGraph {
 
  private:
   int robot_;
+  NoiseOptions noise_;
   std::map<Utime, std::vector<OdometryPose>> segments_;
   std::map<std::uint64_t, GraphLoop> loops_;
 };

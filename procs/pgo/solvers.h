@@ -45,6 +45,7 @@ struct Solver {
 std::vector<Solver> central_solvers();
 std::vector<Solver> rbcd_solvers();
 std::vector<Solver> dgnc_solvers();
+std::vector<Solver> elected_solvers();
 const std::vector<Solver>& all_solvers();
 
 }  // namespace covey
