@@ -19,6 +19,11 @@ Matrix6d covariance_from(const double (&values)[36]) {
   return Eigen::Map<const Eigen::Matrix<double, 6, 6, Eigen::RowMajor>>(values);
 }
 
+pgo::Gravity gravity_from(const keyframe_t& message) {
+  const Eigen::Vector3d down_K = Eigen::Vector3d::Map(&message.gravity_K[0]);
+  return down_K.isZero() ? pgo::Gravity{} : pgo::Gravity{down_K, message.gravity_sigma_rad};
+}
+
 std::size_t parts_of(std::size_t n) { return std::max<std::size_t>(1, (n + kPartSize - 1) / kPartSize); }
 
 struct PlacedPose {
@@ -47,11 +52,8 @@ std::optional<pgo::Keyframe> keyframe_from(const keyframe_t& message) {
   const auto T_O_K = pose_from(message.q_O_K, message.t_O_K);
   const auto T_P_K = pose_from(message.q_P_K, message.t_P_K);
   if (!T_O_K || !T_P_K) return std::nullopt;
-  return pgo::Keyframe{{message.robot, message.segment, message.id},
-                       message.utime,
-                       *T_O_K,
-                       *T_P_K,
-                       covariance_from(message.covariance)};
+  return pgo::Keyframe{{message.robot, message.segment, message.id}, message.utime,        *T_O_K, *T_P_K,
+                       covariance_from(message.covariance),          gravity_from(message)};
 }
 
 std::optional<pgo::Loop> loop_from(const loop_t& message) {

@@ -13,14 +13,6 @@ Keyframe keyframe(Utime segment, int id) {
 }
 Loop loop(KeyframeName a, KeyframeName b) { return {a, b, {}, Matrix6d::Identity()}; }
 
-TEST_CASE("precisions come from covariances as CONVENTIONS.md says") {
-  Vector6d variances;
-  variances << 0.01, 0.01, 0.01, 0.00005, 0.00005, 0.00005;
-  const Precision precision = precision_of(variances.asDiagonal());
-  REQUIRE(precision.tau == Approx(100.0));
-  REQUIRE(precision.kappa == Approx(10000.0));
-}
-
 TEST_CASE("a snapshot holds what both ends of are known") {
   RobotGraph graph(1);
   for (int id = 0; id < 3; ++id) REQUIRE(graph.add(keyframe(5, id)) == nullptr);
@@ -53,6 +45,33 @@ TEST_CASE("both ends of a loop give it the same key, and order does not matter t
   REQUIRE(again.snapshot().hash == one.snapshot().hash);
 }
 
+TEST_CASE("what was measured is kept, and counts as the options say") {
+  Keyframe second = keyframe(5, 1);
+  second.covariance.diagonal() << 1e-6, 0.04, 0.04, 1e-8, 1e-8, 1e-8;
+  second.gravity = {-Eigen::Vector3d::UnitZ(), 0.02};
+  Loop closure = loop({1, 5, 0}, {1, 5, 1});
+  closure.covariance = second.covariance;
+  const auto taken = [&](const NoiseOptions& noise) {
+    RobotGraph graph(1, noise);
+    REQUIRE(graph.add(keyframe(5, 0)) == nullptr);
+    REQUIRE(graph.add(second) == nullptr);
+    REQUIRE(graph.add(closure) == nullptr);
+    return graph.snapshot();
+  };
+  const GraphSnapshot floored = taken({.floor_translation_sigma = 0.1, .floor_rotation_sigma = 0.01});
+  const OdometryPose& pose = floored.segments[0].poses[1];
+  REQUIRE(pose.precision.tau == Approx(3.0 / (0.01 + 0.04 + 0.04)));
+  REQUIRE(pose.precision.kappa == Approx(0.5 / 1e-4));
+  REQUIRE(pose.covariance == second.covariance);
+  REQUIRE(pose.gravity.sigma == 0.02);
+  REQUIRE(floored.private_loops[0].precision.tau == Approx(pose.precision.tau));
+  const GraphSnapshot paper = taken({.isotropic = true});
+  REQUIRE(paper.segments[0].poses[1].precision.tau == Approx(100.0));
+  REQUIRE(paper.segments[0].poses[1].precision.kappa == Approx(5000.0));
+  // Both ends of a loop know it by the same name, however they count.
+  REQUIRE(paper.private_loops[0].key == floored.private_loops[0].key);
+}
+
 TEST_CASE("what cannot be used is refused with its reason") {
   RobotGraph graph(1);
   REQUIRE(graph.add(keyframe(5, 1)) == std::string("gap"));
@@ -71,6 +90,9 @@ TEST_CASE("what cannot be used is refused with its reason") {
   REQUIRE(graph.add(bad) == std::string("values"));
   bad = keyframe(5, 1);
   bad.T_O_K.translation.z() = -1e9;
+  REQUIRE(graph.add(bad) == std::string("values"));
+  bad = keyframe(5, 1);
+  bad.gravity = {Eigen::Vector3d(0.0, 0.0, -2.0), 0.01};
   REQUIRE(graph.add(bad) == std::string("values"));
   REQUIRE(graph.add(loop({0, 1, 0}, {2, 1, 0})) == std::string("robot"));
   REQUIRE(graph.add(loop({1, 5, 0}, {1, 5, 0})) == std::string("values"));

@@ -20,6 +20,13 @@ TEST_CASE("keyframes and loops keep their names, poses and covariances") {
   REQUIRE(taken->name == pgo::KeyframeName{2, 7, 3});
   REQUIRE(taken->T_P_K.translation.z() == 4.0);
   REQUIRE(taken->covariance(0, 1) == 0.5);
+  REQUIRE(taken->gravity.sigma == 0.0);
+  keyframe.gravity_K[1] = -1.0;
+  keyframe.gravity_sigma_rad = 0.01;
+  REQUIRE(keyframe_from(keyframe)->gravity.down_K.y() == -1.0);
+  REQUIRE(keyframe_from(keyframe)->gravity.sigma == 0.01);
+  keyframe.gravity_K[1] = 0.0;
+  REQUIRE(keyframe_from(keyframe)->gravity.sigma == 0.0);  // not known
   keyframe.q_P_K[0] = 0.5;
   REQUIRE_FALSE(keyframe_from(keyframe));
 
