@@ -49,6 +49,16 @@ std::vector<int> connected_parts(const PoseGraph& graph) {
   return part;
 }
 
+PoseGraph as_one_robot(const PoseGraph& graph) {
+  const std::vector<int> offsets = graph.offsets();
+  PoseGraph one{graph.dimension, {graph.poses()}, graph.edges};
+  for (Edge& edge : one.edges) {
+    edge.from = {0, offsets[edge.from.robot] + edge.from.index};
+    edge.to = {0, offsets[edge.to.robot] + edge.to.index};
+  }
+  return one;
+}
+
 Restriction keep_robots_with_odometry(const PoseGraph& graph) {
   std::vector<bool> keep(graph.robots());
   for (int robot = 0; robot < graph.robots(); ++robot) keep[robot] = graph.poses_per_robot[robot] == 1;

@@ -59,6 +59,9 @@ struct PoseGraph {
 // pose.
 std::vector<int> connected_parts(const PoseGraph& graph);
 
+// The same graph as that of one robot; flat indices stay.
+PoseGraph as_one_robot(const PoseGraph& graph);
+
 // The edges whose two robots both have odometry (or one single pose), and how many edges fell away. One
 // robot's file names poses of robots whose own files are not at hand; such poses cannot be estimated.
 struct Restriction {

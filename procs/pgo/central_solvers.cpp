@@ -11,6 +11,7 @@ Solution from_central(pgo::CentralResult result) {
   solution.poses = std::move(result.poses);
   solution.iterations = result.iterations;
   solution.converged = result.converged;
+  solution.weights = std::move(result.weights);
   return solution;
 }
 

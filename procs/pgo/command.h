@@ -22,6 +22,7 @@ class PgoCommand {
   ProblemOptions problem_;
   SolverOptions solver_;
   double probability_ = 0.99;
+  bool certify_ = false;
   std::filesystem::path json_;
   std::filesystem::path tum_;
 };

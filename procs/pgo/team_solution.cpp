@@ -14,6 +14,7 @@ Solution solve_as_team(const pgo::PoseGraph& graph, const pgo::DistributedOption
   Solution solution;
   solution.poses = std::move(result.poses);
   solution.iterations = result.updates;
+  solution.weights = std::move(result.weights);
   solution.team = Solution::Team{result.block_updates, result.updates, 0, 0.0};
   for (const auto& [type, bytes] : result.bytes) solution.team->bytes_sent += bytes;
   return solution;

@@ -103,6 +103,26 @@ TEST_CASE("pgo runs a team of solvers in one process") {
   CHECK(!dgnc.contains("converged"));
 }
 
+TEST_CASE("pgo certifies what it ends with, centrally or as the team that solved it") {
+  const Walk walk = make_walk({.poses = 150, .rotation_sigma = 0.01, .grid = 4});
+  const ScratchFile graph;
+  write_g2o(graph.path, walk.graph);
+  const auto l2 = report_of({"--graph", graph.path, "--solver", "l2", "--certify"});
+  CHECK(l2["certified_gap"].get<double>() <= 1e-7);
+  CHECK(l2["certified_lower_bound"].get<double>() <= l2["cost"].get<double>());
+  CHECK(!l2.contains("certificate_bytes"));
+  const auto rbcd = report_of({"--graph", graph.path, "--robots", "3", "--solver", "rbcd", "--certify"});
+  CHECK(rbcd["certified_gap"].get<double>() <= 1e-3);
+  CHECK(rbcd["certified_lower_bound"].get<double>() <= l2["cost"].get<double>());
+  CHECK(rbcd["certificate_bytes"].get<int>() > 0);
+  // What GNC left out is left out here: the outliers would make the bound worthless.
+  for (const char* solver : {"gnc", "dgnc"}) {
+    const auto robust = report_of(
+        {"--graph", graph.path, "--robots", "3", "--outliers", "0.3", "--solver", solver, "--certify"});
+    CHECK(robust["certified_gap"].get<double>() <= 1e-2);
+  }
+}
+
 TEST_CASE("pgo reads a folder of robots, and one robot of it") {
   const PoseGraph team = cut_into_robots(make_walk({.poses = 90}).graph, 3);
   const ScratchFile folder;

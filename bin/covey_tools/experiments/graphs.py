@@ -1,0 +1,256 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""bin/experiments graphs: every published pose graph, solved by one robot and by teams of 2, 3, 5 and 8.
+
+Rows: "graph", "robots", "solver", "cost", "gap" (to the optimum; of robust solvers: to the best robust cost that the rows of this graph
+and barc2 have), "block_updates", "rounds", "seconds", "wall_seconds", "bytes_sent", "certified_gap", and "barc2" of robust solvers.
+rbcd stops at a gap of 1e-4, schur at 1e-6.
+"""
+
+import json
+import os
+import subprocess
+import tempfile
+from dataclasses import dataclass
+
+from covey_tools import places
+
+# CONVENTIONS.md's cost, each with a certificate.
+OPTIMA = {"intel": 393.652541, "m3500": 193.862258, "mit": 61.154116, "csail": 31.470332, "kitti_00": 125.680708,
+          "sphere2500": 1687.005814, "torus3D": 24227.04556, "parking-garage": 1.262524, "cubicle": 717.125991,
+          "smallGrid3D": 1025.398056, "tinyGrid3D": 18.519366}
+# CPU seconds of SE-Sync's whole solve, certificate included, on two cores.
+SE_SYNC_SECONDS = {"sphere2500": 0.56, "torus3D": 0.93, "cubicle": 1.36, "parking-garage": 0.47, "intel": 0.035}
+# Graphs on which the robust team solvers are compared: robots (None: as many as the files say), barc2.
+ROBUST = {"intel": (3, None), "tunnels": (None, 100.0), "sphere2500": (5, None)}
+GAPS = {"rbcd": 1e-4, "schur": 1e-6, "dgnc": 1e-3, "elected": 1e-3}
+TEAMS = (1, 2, 3, 5, 8)
+TIMEOUT_S = 600.0
+
+
+@dataclass(frozen=True)
+class Task:
+    graph: str
+    robots: int | None
+    solver: str
+    barc2: float | None = None
+    repeats: int = 1  # the run with the median of seconds counts
+
+
+def tasks(quick):
+    """What is run; the central solver of a graph before the others."""
+    graphs = ("tinyGrid3D", "smallGrid3D", "intel", "sphere2500", "torus3D") if quick else tuple(OPTIMA)
+    teams = (1, 5) if quick else TEAMS
+    for graph in graphs:
+        for robots in teams:
+            if robots == 1:
+                yield Task(graph, 1, "l2", repeats=3)
+            else:
+                yield from (Task(graph, robots, solver) for solver in ("rbcd", "schur"))
+    for graph in ("intel",) if quick else tuple(ROBUST):
+        robots, barc2 = ROBUST[graph]
+        yield from (Task(graph, robots, solver, barc2) for solver in ("gnc", "dgnc", "elected"))
+
+
+def run(data, quick, say):
+    """Measured rows and, of what could not be measured, sentences. data: the folder with pose_graphs; say: takes a line of progress."""
+    rows, notes = [], []
+    wanted = list(tasks(quick))
+    for number, task in enumerate(wanted, 1):
+        path = os.path.join(data, "pose_graphs", "tunnels" if task.graph == "tunnels" else f"{task.graph}.g2o")
+        if not os.path.exists(path):
+            notes.append(f"{task.graph}: {path} is not there")
+            continue
+        try:
+            row = _measure(task, path, rows)
+        except _NotMeasured as reason:
+            notes.append(f"{task.graph}, {task.robots or 'all'} robots, {task.solver}: {reason}")
+            say(f"[{number}/{len(wanted)}] {notes[-1]}")
+            continue
+        rows.append(row)
+        say(f"[{number}/{len(wanted)}] {row['graph']:<15} {row['robots']} robots  {row['solver']:<8} "
+            f"gap {_number(row['gap'], '.1e'):>8}  {row['seconds']:7.2f} s  {_number(row['certified_gap'], '.1e'):>8} certified")
+    return rows, notes
+
+
+class _NotMeasured(Exception):
+    pass
+
+
+def _measure(task, path, rows):
+    found = sorted((_solve(task, path, rows) for _ in range(task.repeats)), key=lambda report: report["seconds"])
+    report = found[len(found) // 2]
+    row = {"graph": task.graph}
+    for key in ("robots", "solver", "cost", "gap", "block_updates", "rounds", "seconds", "wall_seconds", "bytes_sent",
+                "certified_gap", "barc2"):
+        row[key] = report.get(key)
+    return row
+
+
+def _solve(task, path, rows):
+    with tempfile.TemporaryDirectory() as folder:
+        out = os.path.join(folder, "report.json")
+        arguments = ["--graph", path, "--solver", task.solver, "--certify", "--json", out]
+        if task.robots:
+            arguments += ["--robots", str(task.robots)]
+        if task.barc2:
+            arguments += ["--barc2", str(task.barc2)]
+        optimum = _reference_cost(task, rows)
+        if optimum:
+            arguments += ["--optimum", repr(optimum)]
+            if task.solver in GAPS:
+                arguments += ["--gap", str(GAPS[task.solver])]
+        program = os.path.join(places.build_folder(), "bin", "pgo")
+        try:
+            done = subprocess.run([program, *arguments], capture_output=True, text=True, timeout=TIMEOUT_S)
+        except subprocess.TimeoutExpired:
+            raise _NotMeasured(f"not done after {TIMEOUT_S:.0f} s") from None
+        except OSError as error:
+            raise _NotMeasured(f"{program}: {error.strerror.lower()}; bin/build pgo makes it") from None
+        if not os.path.exists(out):  # a missed gap is exit code 1 with a report
+            raise _NotMeasured(done.stderr.strip() or f"pgo ended with {done.returncode}")
+        with open(out, encoding="utf-8") as file:
+            return json.load(file)
+
+
+def _reference_cost(task, rows):
+    """The optimum, or for a robust solver the central one's cost."""
+    if task.graph not in ROBUST or task.solver not in ("gnc", "dgnc", "elected"):
+        return OPTIMA[task.graph]
+    central = [row["cost"] for row in rows if row["graph"] == task.graph and row["solver"] == "gnc"]
+    return central[0] if central else None
+
+
+def shows(rows):
+    """What issue 4 wants of these graphs: (sentence, figures, True, False or None where it was not measured)."""
+    return [_optima(rows), _central_seconds(rows), _rbcd_gap(rows), _rbcd_updates(rows), _rbcd_seconds(rows), _schur(rows),
+            _bytes(rows), _central_certificates(rows), _team_certificates(rows)]
+
+
+def _find(rows, graph, solver, robots=None):
+    return next((row for row in rows if row["graph"] == graph and row["solver"] == solver
+                 and robots in (None, row["robots"])), None)
+
+
+def _judge(sentence, figures, limit, wanted):
+    """figures: {name: value}, each at most its limit (a number for all, or {name: number}); wanted: the names that belong to it."""
+    limits = limit if isinstance(limit, dict) else dict.fromkeys(figures, limit)
+    text = ", ".join(f"{name} {value:.3g}" for name, value in figures.items()) or "not measured"
+    missing = [name for name in wanted if name not in figures]
+    failed = any(value > limits[name] for name, value in figures.items())
+    if missing and figures:
+        text += f" (not measured: {', '.join(missing)})"
+    return sentence, text, False if failed else None if missing else True
+
+
+def _of(rows, names, solver, robots, value):
+    """value(row) of each graph's row that has one."""
+    found = {name: _find(rows, name, solver, robots) for name in names}
+    figures = {name: value(row) for name, row in found.items() if row}
+    return {name: figure for name, figure in figures.items() if figure is not None}
+
+
+def _optima(rows):
+    figures = _of(rows, OPTIMA, "l2", 1, lambda row: abs(row["gap"]))
+    return _judge("central l2 within 1e-6 of the optimum on all eleven graphs", figures, 1e-6, OPTIMA)
+
+
+def _central_seconds(rows):
+    figures = _of(rows, SE_SYNC_SECONDS, "l2", 1, lambda row: row["seconds"])
+    return _judge("seconds of central l2 at most SE-Sync's", figures, SE_SYNC_SECONDS, SE_SYNC_SECONDS)
+
+
+def _rbcd_gap(rows):
+    names = ("sphere2500", "torus3D", "intel", "cubicle")
+    return _judge("five robots, rbcd reaches a gap of 1e-4", _of(rows, names, "rbcd", 5, lambda row: row["gap"]), 1e-4, names)
+
+
+def _rbcd_updates(rows):
+    names = ("sphere2500", "torus3D")
+    figures = _of(rows, names, "rbcd", 5, lambda row: row["block_updates"])
+    return _judge("... within 100 block updates", figures, 100, names)
+
+
+def _rbcd_seconds(rows):
+    names = ("sphere2500", "torus3D")
+
+    def ratio(row):
+        central = _find(rows, row["graph"], "l2", 1)
+        return row["seconds"] / central["seconds"] if central else None
+
+    return _judge("... in at most twice the central solver's CPU time", _of(rows, names, "rbcd", 5, ratio), 2.0, names)
+
+
+def _schur(rows):
+    names = ("sphere2500", "torus3D", "intel", "cubicle", "parking-garage")
+    figures = _of(rows, names, "schur", 5, lambda row: row["rounds"] if row["gap"] <= 1e-6 else float("inf"))
+    return _judge("five robots, schur reaches a gap of 1e-6 within 30 rounds (rounds)", figures, 30, names)
+
+
+def _bytes(rows):
+    def ratio(row):
+        elected = _find(rows, row["graph"], "elected")
+        if not elected or row["gap"] is None:
+            return None
+        return row["bytes_sent"] / elected["bytes_sent"] if row["gap"] <= 1e-3 else float("inf")
+
+    figures = _of(rows, ROBUST, "dgnc", None, ratio)
+    return _judge("dgnc sends at most three times what elected does, to a robust-cost gap of 1e-3", figures, 3.0, ROBUST)
+
+
+def _central_certificates(rows):
+    names = ("sphere2500", "torus3D", "intel", "cubicle")
+    figures = _of(rows, names, "l2", 1, lambda row: row["certified_gap"])
+    return _judge("certified gap of central optima at most 1e-6", figures, 1e-6, names)
+
+
+def _team_certificates(rows):
+    teams = ("rbcd", "schur", "dgnc")
+    wanted = [f"{graph} {solver}" for graph in ("sphere2500", "torus3D", "intel", "cubicle") for solver in ("rbcd", "schur")]
+    figures = {}
+    for row in rows:
+        if row["solver"] in teams and row["certified_gap"] is not None:
+            name = f"{row['graph']} {row['solver']}"
+            figures[name] = max(row["certified_gap"], figures.get(name, 0.0))
+    return _judge("certified gap of what teams end with at most 1e-3 (the largest over team sizes)", figures, 1e-3, wanted)
+
+
+def _number(value, form):
+    return "" if value is None else format(value, form)
+
+
+def markdown(rows, notes):
+    """The page: the table, then what it shows."""
+    lines = ["# Published pose graphs, by one robot and by teams", "",
+             "CPU seconds are summed over the robots, start included; a certified gap is proven (core/pgo/certificate.h).", "",
+             "| graph | robots | solver | cost | gap | block updates | rounds | CPU s | wall s | bytes sent | certified gap |",
+             "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |"]
+    for row in rows:
+        cells = [row["graph"], row["robots"], row["solver"], f"{row['cost']:.9g}", _number(row["gap"], ".1e"),
+                 _number(row["block_updates"], "d"), _number(row["rounds"], "d"), f"{row['seconds']:.3f}",
+                 f"{row['wall_seconds']:.3f}", _number(row["bytes_sent"], ","), _number(row["certified_gap"], ".1e")]
+        lines.append("| " + " | ".join(map(str, cells)) + " |")
+    verdicts = {True: "yes", False: "**no**", None: "not measured in full"}
+    lines += ["", "| wanted | measured | holds |", "| --- | --- | --- |"]
+    lines += [f"| {sentence} | {text} | {verdicts[held]} |" for sentence, text, held in shows(rows)]
+    if notes:
+        lines += ["", "Not measured:", "", *(f"- {note}" for note in notes)]
+    return "\n".join(lines) + "\n"
+
+
+def plot(path, rows):
+    """Gap, bytes and CPU seconds of each graph, by solver; teams of five."""
+    from covey_tools import figures  # matplotlib takes half a second to load
+
+    shown = [row for row in rows if row["solver"] in ("l2", "rbcd", "schur") and row["robots"] in (1, 5)]
+    graphs = [name for name in OPTIMA if any(row["graph"] == name for row in shown)]
+    panels = [("gap to the optimum", "gap", {"rbcd": GAPS["rbcd"], "schur": GAPS["schur"]}), ("bytes sent", "bytes_sent", {}),
+              ("CPU seconds, all robots", "seconds", {})]
+    series = {solver: {key: [_value(shown, graph, solver, key) for graph in graphs] for _, key, _ in panels}
+              for solver in ("l2", "rbcd", "schur")}
+    figures.by_graph(path, graphs, series, panels)
+
+
+def _value(rows, graph, solver, key):
+    row = _find(rows, graph, solver)
+    value = row[key] if row else None
+    return max(abs(value), 1e-12) if value is not None and key == "gap" else value
