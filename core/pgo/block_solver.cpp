@@ -14,61 +14,104 @@ namespace {
 
 constexpr int kMaxRejected = 20;  // trial steps per call; each quarters the radius
 
-Eigen::Vector4d omega(double kappa, double tau) { return {kappa, kappa, kappa, tau}; }
-
-// out (r x 4) += X (r x 4) * M, on raw columns: r is a run-time size too small for Eigen's general product.
-void add_product(const double* X, const Eigen::Matrix4d& M, int rank, double* out) {
-  for (int c = 0; c < 4; ++c) {
-    for (int k = 0; k < 4; ++k) {
-      const double m = M(k, c);
-      for (int a = 0; a < rank; ++a) out[c * rank + a] += X[k * rank + a] * m;
-    }
-  }
-}
-
 Lifted times_measurement(const Lifted& X, const SE3& measurement) { return X * measurement.matrix(); }
 
-double inner_product(const Lifted& A, const Lifted& B) { return A.cwiseProduct(B).sum(); }
+template <typename A, typename B>
+double inner_product(const A& a, const B& b) {
+  return a.cwiseProduct(b).sum();
+}
+
+// gram^-1/2 of a symmetric positive definite matrix. Near the identity, where retractions of all but wild steps are, by
+// Newton-Schulz: Z <- Z (3 I - Z gram Z) / 2.
+Eigen::Matrix3d inverse_square_root(const Eigen::Matrix3d& gram) {
+  const Eigen::Matrix3d I = Eigen::Matrix3d::Identity();
+  if (!((gram - I).squaredNorm() < 0.1))
+    return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(gram).operatorInverseSqrt();
+  Eigen::Matrix3d Z = I;
+  for (int i = 0; i < 10; ++i) {
+    const Eigen::Matrix3d error = I - Z.lazyProduct(gram.lazyProduct(Z).eval());
+    Z += 0.5 * Z.lazyProduct(error).eval();
+    if (error.squaredNorm() < 1e-18) break;  // what is left is its square
+  }
+  return Z;
+}
+
+template <typename Rows>
+Rows retracted(const Rows& X, const Rows& V) {
+  Rows result = X + V;
+  for (Eigen::Index k = 0; k < X.cols(); k += 4) {
+    auto Y = result.template middleCols<3>(k);
+    // (Y + V) ((Y + V)^T (Y + V))^-1/2
+    const Eigen::Matrix3d root = inverse_square_root(Y.transpose().lazyProduct(Y));
+    const Eigen::Matrix<double, Rows::RowsAtCompileTime, 3> polar = Y.lazyProduct(root);
+    Y = polar;
+  }
+  return result;
+}
 
 // V minus its part normal to the Stiefel manifolds at X, pose by pose; translations are free.
-void project_to_tangent_space(const Lifted& X, Lifted& V) {
+template <typename Rows>
+void project_to_tangent_space(const Rows& X, Rows& V) {
   for (Eigen::Index k = 0; k < X.cols(); k += 4) {
-    const auto Y = X.middleCols<3>(k);
-    auto U = V.middleCols<3>(k);
-    const Eigen::Matrix3d S = Y.transpose() * U;
-    U -= Y.lazyProduct(0.5 * (S + S.transpose()));
+    const auto Y = X.template middleCols<3>(k);
+    auto U = V.template middleCols<3>(k);
+    const Eigen::Matrix3d S = Y.transpose().lazyProduct(U);
+    U -= Y.lazyProduct((0.5 * (S + S.transpose())).eval());
   }
 }
 
 // The curvature that the constraint adds to the Euclidean Hessian: V_k sym(Y_k^T E_k), E the Euclidean gradient.
-void subtract_curvature(const Lifted& X, const Lifted& euclidean, const Lifted& V, Lifted& hessian) {
+template <typename Rows>
+void subtract_curvature(const Rows& X, const Rows& euclidean, const Rows& V, Rows& hessian) {
   for (Eigen::Index k = 0; k < X.cols(); k += 4) {
-    const Eigen::Matrix3d S = X.middleCols<3>(k).transpose() * euclidean.middleCols<3>(k);
-    hessian.middleCols<3>(k) -= V.middleCols<3>(k).lazyProduct(0.5 * (S + S.transpose()));
+    const Eigen::Matrix3d S =
+        X.template middleCols<3>(k).transpose().lazyProduct(euclidean.template middleCols<3>(k));
+    hessian.template middleCols<3>(k) -=
+        V.template middleCols<3>(k).lazyProduct((0.5 * (S + S.transpose())).eval());
   }
 }
 
 // The root tau >= 0 of |step + tau direction| = radius.
-double to_boundary(const Lifted& step, const Lifted& direction, double radius) {
+template <typename Rows>
+double to_boundary(const Rows& step, const Rows& direction, double radius) {
   const double dd = direction.squaredNorm();
   const double sd = inner_product(step, direction);
   return (-sd + std::sqrt(sd * sd + dd * (radius * radius - step.squaredNorm()))) / dd;
 }
 
+int rows_in_use(const Lifted& X) {
+  int rows = static_cast<int>(X.rows());
+  while (rows > 3 && (X.row(rows - 1).array() == 0.0).all()) --rows;
+  return rows;
+}
+
+double drift(const Eigen::VectorXd& now, const Eigen::VectorXd& then) {
+  return now.size() == 0 ? 0.0 : (now - then).cwiseAbs().maxCoeff();
+}
+
+// Factorises blocks + shift. Without shared edges all poses may move together, so H and Q are singular by themselves; the shift
+// is relative to each diagonal entry, since precisions may differ by ten orders of magnitude.
+template <int B>
+void factorise_shifted(std::vector<Eigen::Matrix<double, B, B>> diagonal,
+                       const std::vector<Eigen::Matrix<double, B, B>>& off_diagonal,
+                       BlockCholesky<B>& factor) {
+  for (double shift = 1e-9;; shift *= 100.0) {
+    for (auto& block : diagonal)
+      block.diagonal() += shift * block.diagonal().eval() + Eigen::Matrix<double, B, 1>::Constant(1e-12);
+    if (factor.factorise(diagonal, off_diagonal)) return;
+    COVEY_CHECK(shift < 1.0);
+  }
+}
+
+std::vector<std::pair<int, int>> pairs_of(const std::vector<PrivateEdge>& edges) {
+  std::vector<std::pair<int, int>> pairs;
+  for (const PrivateEdge& edge : edges) pairs.emplace_back(edge.from, edge.to);
+  return pairs;
+}
+
 }  // namespace
 
-Lifted retract(const Lifted& X, const Lifted& V) {
-  Lifted result = X + V;
-  for (Eigen::Index k = 0; k < X.cols(); k += 4) {
-    auto Y = result.middleCols<3>(k);
-    // (Y + V) ((Y + V)^T (Y + V))^-1/2, by the 3 x 3 Gram matrix.
-    const Eigen::Matrix3d gram = Y.transpose() * Y;
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(gram);
-    const Lifted polar = Y.lazyProduct(eigen.operatorInverseSqrt());
-    Y = polar;
-  }
-  return result;
-}
+Lifted retract(const Lifted& X, const Lifted& V) { return retracted(X, V); }
 
 Lifted lift(const SE3& T, int rank) {
   Lifted X = Lifted::Zero(rank, 4);
@@ -105,118 +148,172 @@ BlockSolver::BlockSolver(int poses, int rank, std::vector<PrivateEdge> edges, st
       edge_weights_(Eigen::VectorXd::Ones(static_cast<Eigen::Index>(edges_.size()))),
       shared_weights_(Eigen::VectorXd::Ones(static_cast<Eigen::Index>(shared_.size()))) {
   COVEY_CHECK(poses > 0 && rank >= 3);
-  assemble();
+  for (const PrivateEdge& edge : edges_) {
+    private_terms_.push_back(
+        {edge.from, edge.to, edge.measurement.rotation.matrix(), edge.measurement.translation, 0.0, 0.0});
+  }
+  for (const SharedEdge& edge : shared_) {
+    shared_terms_.push_back({edge.mine_is_from ? edge.mine : -1, edge.mine_is_from ? -1 : edge.mine,
+                             edge.measurement.rotation.matrix(), edge.measurement.translation, 0.0, 0.0});
+  }
+  weigh_terms();
 }
 
 void BlockSolver::set_weights(const Eigen::VectorXd& edges, const Eigen::VectorXd& shared) {
   COVEY_CHECK(edges.size() == edge_weights_.size() && shared.size() == shared_weights_.size());
   edge_weights_ = edges;
   shared_weights_ = shared;
-  assemble();
+  weigh_terms();
 }
 
-void BlockSolver::assemble() {
-  columns_.assign(poses_, {});
-  for (int k = 0; k < poses_; ++k) columns_[k].push_back({k, Eigen::Matrix4d::Zero()});
-  const auto add = [this](int row, int column, const Eigen::Matrix4d& value) {
-    auto& blocks = columns_[column];
-    const auto found =
-        std::find_if(blocks.begin(), blocks.end(), [row](const Block& block) { return block.row == row; });
-    if (found == blocks.end()) {
-      blocks.push_back({row, value});
-    } else {
-      found->value += value;
-    }
-  };
+void BlockSolver::weigh_terms() {
   for (std::size_t e = 0; e < edges_.size(); ++e) {
-    const PrivateEdge& edge = edges_[e];
-    const Eigen::Matrix4d M = edge.measurement.matrix();
-    const Eigen::Matrix4d W = (edge_weights_[e] * omega(edge.kappa, edge.tau)).asDiagonal();
-    const Eigen::Matrix4d MW = M * W;
-    add(edge.to, edge.to, W);
-    add(edge.from, edge.from, MW * M.transpose());
-    add(edge.from, edge.to, -MW);
-    add(edge.to, edge.from, -MW.transpose());
+    private_terms_[e].kappa = edge_weights_[e] * edges_[e].kappa;
+    private_terms_[e].tau = edge_weights_[e] * edges_[e].tau;
   }
   for (std::size_t e = 0; e < shared_.size(); ++e) {
-    const SharedEdge& edge = shared_[e];
-    const Eigen::Matrix4d W = (shared_weights_[e] * omega(edge.kappa, edge.tau)).asDiagonal();
-    if (edge.mine_is_from) {
-      const Eigen::Matrix4d M = edge.measurement.matrix();
-      add(edge.mine, edge.mine, M * W * M.transpose());
-    } else {
-      add(edge.mine, edge.mine, W);
-    }
+    shared_terms_[e].kappa = shared_weights_[e] * shared_[e].kappa;
+    shared_terms_[e].tau = shared_weights_[e] * shared_[e].tau;
   }
 }
 
+// H of the header: the Hessian over motions (v, omega) of each pose in its own frame, at residual zero.
 void BlockSolver::factorise() {
-  const auto drift = [](const Eigen::VectorXd& now, const Eigen::VectorXd& then) {
-    return now.size() == 0 ? 0.0 : (now - then).cwiseAbs().maxCoeff();
-  };
-  if (analysed_ && drift(edge_weights_, factored_edge_weights_) < options_.refactor_change &&
+  if (motions_ && drift(edge_weights_, factored_edge_weights_) < options_.refactor_change &&
       drift(shared_weights_, factored_shared_weights_) < options_.refactor_change) {
     return;
   }
-  std::vector<Eigen::Triplet<double>> triplets;
-  double trace = 0.0;
-  for (int column = 0; column < poses_; ++column) {
-    trace += columns_[column].front().value.trace();
-    for (const Block& block : columns_[column]) {
-      if (block.row < column) continue;
-      for (int c = 0; c < 4; ++c) {
-        for (int r = 0; r < 4; ++r)
-          triplets.emplace_back(4 * block.row + r, 4 * column + c, block.value(r, c));
-      }
+  std::vector<Matrix6d> diagonal(poses_, Matrix6d::Zero());
+  std::vector<Matrix6d> off_diagonal;
+  const auto weights = [](const Term& term) {
+    Vector6d w;
+    w << Eigen::Vector3d::Constant(2.0 * term.tau), Eigen::Vector3d::Constant(4.0 * term.kappa);
+    return w;
+  };
+  const auto jacobian_from = [](const Term& term) {
+    Matrix6d J = Matrix6d::Zero();
+    J.topLeftCorner<3, 3>() = -Eigen::Matrix3d::Identity();
+    J.topRightCorner<3, 3>() = hat(term.t);
+    J.bottomRightCorner<3, 3>() = -term.R.transpose();
+    return J;
+  };
+  for (const auto* terms : {&private_terms_, &shared_terms_}) {
+    for (const Term& term : *terms) {
+      const Vector6d w = weights(term);
+      if (term.to >= 0) diagonal[term.to].diagonal() += w;  // its Jacobian is a rotation
+      if (term.from < 0) continue;
+      const Matrix6d J = jacobian_from(term);
+      const Matrix6d Jw = J.transpose() * w.asDiagonal();
+      diagonal[term.from].noalias() += Jw * J;
+      if (term.to < 0) continue;
+      Matrix6d block = Jw;
+      block.leftCols<3>() = Jw.leftCols<3>() * term.R;
+      off_diagonal.push_back(block);
     }
   }
-  // Relative to Q's mean diagonal: without shared edges Q is singular (the poses may move together).
-  const double shift = 1e-7 * trace / (4.0 * poses_) + 1e-12;
-  for (int i = 0; i < 4 * poses_; ++i) triplets.emplace_back(i, i, shift);
-  Eigen::SparseMatrix<double> matrix(4 * poses_, 4 * poses_);
-  matrix.setFromTriplets(triplets.begin(), triplets.end());
-  if (!analysed_) {
-    preconditioner_.analyzePattern(matrix);  // weights change values, never the pattern
-    analysed_ = true;
-  }
-  preconditioner_.factorize(matrix);
+  if (!motions_) motions_.emplace(poses_, pairs_of(edges_));
+  factorise_shifted(diagonal, off_diagonal, *motions_);
   factored_edge_weights_ = edge_weights_;
   factored_shared_weights_ = shared_weights_;
+  if (normal_) factorise_q();
 }
 
-Lifted BlockSolver::times_q(const Lifted& X) const {
-  Lifted result = Lifted::Zero(rank_, 4 * poses_);
-  const std::ptrdiff_t stride = 4 * static_cast<std::ptrdiff_t>(rank_);
-  for (int column = 0; column < poses_; ++column) {
-    for (const Block& block : columns_[column]) {
-      add_product(X.data() + block.row * stride, block.value, rank_, result.data() + column * stride);
+void BlockSolver::factorise_q() {
+  std::vector<Eigen::Matrix4d> diagonal(poses_, Eigen::Matrix4d::Zero());
+  std::vector<Eigen::Matrix4d> off_diagonal;
+  for (const auto* terms : {&private_terms_, &shared_terms_}) {
+    for (const Term& term : *terms) {
+      const Eigen::Vector4d w = 2.0 * Eigen::Vector4d(term.kappa, term.kappa, term.kappa, term.tau);
+      if (term.to >= 0) diagonal[term.to].diagonal() += w;
+      if (term.from < 0) continue;
+      Eigen::Matrix4d M = Eigen::Matrix4d::Identity();
+      M.topLeftCorner<3, 3>() = term.R;
+      M.topRightCorner<3, 1>() = term.t;
+      const Eigen::Matrix4d MW = M * w.asDiagonal();
+      diagonal[term.from].noalias() += MW * M.transpose();
+      if (term.to >= 0) off_diagonal.emplace_back(-MW);
     }
   }
-  return result;
+  if (!normal_) normal_.emplace(poses_, pairs_of(edges_));
+  factorise_shifted(diagonal, off_diagonal, *normal_);
 }
 
-Lifted BlockSolver::linear_term(const Lifted& targets) const {
-  Lifted G = Lifted::Zero(rank_, 4 * poses_);
-  for (std::size_t e = 0; e < shared_.size(); ++e) {
-    const SharedEdge& edge = shared_[e];
-    const Eigen::Vector4d w = shared_weights_[e] * omega(edge.kappa, edge.tau);
-    const Lifted weighted = targets.middleCols<4>(4 * static_cast<Eigen::Index>(e)) * w.asDiagonal();
-    auto out = G.middleCols<4>(4 * edge.mine);
-    if (edge.mine_is_from) {
-      out -= weighted * edge.measurement.matrix().transpose();
+// F and, where asked for, its Euclidean gradient; without targets these are zero. Edge by edge: X Q X^T would lose the cost's
+// digits where poses are far from the origin.
+template <int R>
+double BlockSolver::evaluate(const Rows<R>* targets, const Rows<R>& X, Rows<R>* gradient) const {
+  using Rotation = Eigen::Matrix<double, R, 3>;
+  using Translation = Eigen::Matrix<double, R, 1>;
+  double cost = 0.0;
+  if (gradient != nullptr) gradient->setZero(X.rows(), X.cols());
+  Rotation dY(X.rows(), 3);
+  Translation dp(X.rows());
+  const auto minus_from = [&](const Term& term) {
+    const auto Y = X.template middleCols<3>(4 * term.from);
+    dY.noalias() -= Y.lazyProduct(term.R);
+    dp.noalias() -= Y.lazyProduct(term.t);
+    dp -= X.col(4 * term.from + 3);
+  };
+  const auto add_up = [&](const Term& term) {
+    cost += term.kappa * dY.squaredNorm() + term.tau * dp.squaredNorm();
+    if (gradient == nullptr) return;
+    dY *= 2.0 * term.kappa;
+    dp *= 2.0 * term.tau;
+    if (term.to >= 0) {
+      gradient->template middleCols<3>(4 * term.to) += dY;
+      gradient->col(4 * term.to + 3) += dp;
+    }
+    if (term.from >= 0) {
+      auto out = gradient->template middleCols<3>(4 * term.from);
+      out.noalias() -= dY.lazyProduct(term.R.transpose());
+      out.noalias() -= dp.lazyProduct(term.t.transpose());
+      gradient->col(4 * term.from + 3) -= dp;
+    }
+  };
+  for (const Term& term : private_terms_) {
+    dY = X.template middleCols<3>(4 * term.to);
+    dp = X.col(4 * term.to + 3);
+    minus_from(term);
+    add_up(term);
+  }
+  for (std::size_t e = 0; e < shared_terms_.size(); ++e) {
+    const Term& term = shared_terms_[e];
+    dY.setZero();
+    dp.setZero();
+    if (targets != nullptr) {
+      dY = targets->template middleCols<3>(4 * static_cast<Eigen::Index>(e));
+      dp = targets->col(4 * static_cast<Eigen::Index>(e) + 3);
+    }
+    if (term.from >= 0) {
+      minus_from(term);
     } else {
-      out -= weighted;
+      dY = X.template middleCols<3>(4 * term.to) - dY;
+      dp = X.col(4 * term.to + 3) - dp;
     }
+    add_up(term);
   }
-  return G;
+  return cost;
 }
 
 double BlockSolver::cost(const Lifted& targets, const Lifted& X) const {
-  return edge_weights_.dot(edge_residuals(X)) + shared_weights_.dot(shared_residuals(targets, X));
+  return evaluate<Eigen::Dynamic>(&targets, X, nullptr);
+}
+
+Lifted BlockSolver::euclidean_gradient(const Lifted& targets, const Lifted& X) const {
+  Lifted gradient = Lifted::Zero(X.rows(), X.cols());
+  if (rows_in_use(targets) <= 3 && rows_in_use(X) <= 3) {
+    const Rows<3> top_targets = targets.topRows<3>();
+    Rows<3> top;
+    evaluate<3>(&top_targets, X.topRows<3>(), &top);
+    gradient.topRows<3>() = top;
+  } else {
+    evaluate<Eigen::Dynamic>(&targets, X, &gradient);
+  }
+  return gradient;
 }
 
 Lifted BlockSolver::riemannian_gradient(const Lifted& targets, const Lifted& X) const {
-  Lifted gradient = 2.0 * (times_q(X) + linear_term(targets));
+  Lifted gradient = euclidean_gradient(targets, X);
   project_to_tangent_space(X, gradient);
   return gradient;
 }
@@ -241,35 +338,74 @@ Eigen::VectorXd BlockSolver::shared_residuals(const Lifted& targets, const Lifte
   return r2;
 }
 
-Lifted BlockSolver::precondition(const Lifted& X, const Lifted& V) const {
-  const Lifted solved = preconditioner_.solve(Lifted(V.transpose()));
-  Lifted result = solved.transpose();
-  project_to_tangent_space(X, result);
-  return result;
+// To motions of each pose in its own frame, there by H^-1, and back.
+template <int R>
+void BlockSolver::precondition(const Rows<R>& X, const Rows<R>& V, Rows<R>& result) const {
+  Eigen::MatrixXd motions(6 * poses_, 1);
+  for (int k = 0; k < poses_; ++k) {
+    const auto Y = X.template middleCols<3>(4 * k);
+    const Eigen::Matrix3d S = Y.transpose().lazyProduct(V.template middleCols<3>(4 * k));
+    motions.col(0).template segment<3>(6 * k) = Y.transpose().lazyProduct(V.col(4 * k + 3));
+    motions.col(0).template segment<3>(6 * k + 3) = 2.0 * vee(S);
+  }
+  motions_->solve(motions);
+  for (int k = 0; k < poses_; ++k) {
+    const auto Y = X.template middleCols<3>(4 * k);
+    result.col(4 * k + 3) = Y.lazyProduct(motions.col(0).template segment<3>(6 * k));
+    result.template middleCols<3>(4 * k) = Y.lazyProduct(hat(motions.col(0).template segment<3>(6 * k + 3)));
+  }
+  if constexpr (R == Eigen::Dynamic) {
+    // What lies outside of the range of each Y.
+    const auto normal_part = [&](Rows<R>& U) {
+      for (int k = 0; k < poses_; ++k) {
+        const Eigen::MatrixXd Y = X.template middleCols<3>(4 * k);
+        const Eigen::MatrixXd inside = Y * (Y.transpose() * U.template middleCols<4>(4 * k));
+        U.template middleCols<4>(4 * k) -= inside;
+      }
+    };
+    Rows<R> normal = V;
+    normal_part(normal);
+    Eigen::MatrixXd solved = normal.transpose();
+    normal_->solve(solved);
+    normal = solved.transpose();
+    normal_part(normal);
+    result += normal;
+  }
 }
 
 BlockStep BlockSolver::minimise(const Lifted& targets, Lifted& X) {
   COVEY_CHECK(X.rows() == rank_ && X.cols() == 4 * poses_);
   factorise();
+  if (rows_in_use(targets) > 3 || rows_in_use(X) > 3) {
+    if (!normal_) factorise_q();
+    return descend<Eigen::Dynamic>(targets, X);
+  }
+  Rows<3> top = X.topRows<3>();
+  const BlockStep step = descend<3>(targets.topRows<3>(), top);
+  X.topRows<3>() = top;
+  return step;
+}
+
+template <int R>
+BlockStep BlockSolver::descend(const Rows<R>& targets, Rows<R>& X) {
   BlockStep report;
-  const Lifted start = X;
-  const Lifted G = linear_term(targets);
-  const auto euclidean_at = [&](const Lifted& at) -> Lifted { return 2.0 * (times_q(at) + G); };
-  Lifted euclidean = euclidean_at(X);
-  Lifted gradient = euclidean;
+  Rows<R> euclidean;
+  double value = evaluate(&targets, X, &euclidean);
+  Rows<R> gradient = euclidean;
   project_to_tangent_space(X, gradient);
-  double value = cost(targets, X);
   report.cost_before = value;
-  report.gradient_before = gradient.norm();
+  report.gradient_before = report.gradient_after = gradient.norm();
   const double tolerance =
       std::max(options_.absolute_gradient_tolerance, options_.gradient_tolerance * report.gradient_before);
   double radius = 10.0 * std::sqrt(static_cast<double>(poses_));
-  Lifted step;
-  for (int rejected = 0; report.outer < options_.max_outer && gradient.norm() > tolerance;) {
+  Rows<R> step;
+  Rows<R> candidate_euclidean;
+  for (int rejected = 0; report.outer < options_.max_outer && report.gradient_after > tolerance;) {
     const double predicted = solve_trust_region(X, euclidean, gradient, radius, step, report.inner);
-    const Lifted candidate = retract(X, step);
-    const double candidate_value = cost(targets, candidate);
-    const double ratio = predicted > 0.0 ? (value - candidate_value) / predicted : -1.0;
+    if (!(predicted > 1e-15 * value)) break;  // less than the cost can show
+    const Rows<R> candidate = retracted(X, step);
+    const double candidate_value = evaluate(&targets, candidate, &candidate_euclidean);
+    const double ratio = (value - candidate_value) / predicted;
     if (ratio < 0.25) {
       radius = 0.25 * std::min(radius, step.norm());
     } else if (ratio > 0.75 && step.norm() > 0.99 * radius) {
@@ -282,36 +418,33 @@ BlockStep BlockSolver::minimise(const Lifted& targets, Lifted& X) {
     ++report.outer;
     X = candidate;
     value = candidate_value;
-    euclidean = euclidean_at(X);
+    std::swap(euclidean, candidate_euclidean);
     gradient = euclidean;
     project_to_tangent_space(X, gradient);
+    report.gradient_after = gradient.norm();
   }
   report.cost_after = value;
-  report.gradient_after = gradient.norm();
-  report.change = (X - start).norm() / std::sqrt(static_cast<double>(poses_));
   return report;
 }
 
 // Steihaug-Toint truncated conjugate gradients on the quadratic model; returns the decrease that the model predicts.
-double BlockSolver::solve_trust_region(const Lifted& X, const Lifted& euclidean, const Lifted& gradient,
-                                       double radius, Lifted& step, int& iterations) const {
-  const auto hessian_times = [&](const Lifted& V) {
-    Lifted H = 2.0 * times_q(V);
-    subtract_curvature(X, euclidean, V, H);
-    project_to_tangent_space(X, H);
-    return H;
-  };
-  step = Lifted::Zero(rank_, 4 * poses_);
-  Lifted hessian_step = step;
-  Lifted residual = gradient;
-  Lifted preconditioned = precondition(X, residual);
-  Lifted direction = -preconditioned;
+template <int R>
+double BlockSolver::solve_trust_region(const Rows<R>& X, const Rows<R>& euclidean, const Rows<R>& gradient,
+                                       double radius, Rows<R>& step, int& iterations) const {
+  step.setZero(X.rows(), X.cols());
+  Rows<R> hessian_step = step;
+  Rows<R> residual = gradient;
+  Rows<R> preconditioned(X.rows(), X.cols());
+  Rows<R> H(X.rows(), X.cols());
+  precondition(X, residual, preconditioned);
+  Rows<R> direction = -preconditioned;
   double rz = inner_product(residual, preconditioned);
-  const double stop = std::max(0.1 * options_.absolute_gradient_tolerance,
-                               0.1 * options_.gradient_tolerance * gradient.norm());
+  const double stop = options_.inner_tolerance * options_.inner_tolerance * rz;
   for (int i = 0; i < options_.max_inner; ++i) {
     ++iterations;
-    const Lifted H = hessian_times(direction);
+    evaluate<R>(nullptr, direction, &H);
+    subtract_curvature(X, euclidean, direction, H);
+    project_to_tangent_space(X, H);
     const double curvature = inner_product(direction, H);
     const double alpha = rz / curvature;
     if (curvature <= 0.0 || (step + alpha * direction).norm() >= radius) {
@@ -323,9 +456,9 @@ double BlockSolver::solve_trust_region(const Lifted& X, const Lifted& euclidean,
     step += alpha * direction;
     hessian_step += alpha * H;
     residual += alpha * H;
-    if (residual.norm() < stop) break;
-    preconditioned = precondition(X, residual);
+    precondition(X, residual, preconditioned);
     const double next = inner_product(residual, preconditioned);
+    if (!(next > stop)) break;
     direction = -preconditioned + (next / rz) * direction;
     rz = next;
   }

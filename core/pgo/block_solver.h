@@ -15,19 +15,25 @@
 //
 //   F(X) = tr(X Q X^T) + 2 tr(G X^T) + c,       Q 4n x 4n, sparse; G r x 4n
 //
-// minimised by a Riemannian trust region with truncated conjugate gradients. The preconditioner is the sparse Cholesky
-// factor of Q + shift I, followed by the projection to the tangent space; it is kept while weights change little, since it
-// only affects speed. A step never increases F.
+// minimised by a Riemannian trust region with truncated conjugate gradients. A step never increases F.
+//
+// Preconditioner. Moving each pose in its own frame, V_k = [Y_k hat(omega_k) | Y_k v_k], an edge whose residual is zero changes
+// by kappa 2 |omega_j - R^T omega_i|^2 + tau |R v_j - v_i + hat(t) omega_i|^2: there the Hessian depends on the measurements
+// alone, not on the poses. So H, 6n x 6n, is factorised once, and again only after weights have changed much. Where a start
+// of rank 3 moves at all it moves like this. What is normal to the range of Y_k (r > 3 only) is preconditioned by Q, whose
+// factor is made when such a part first turns up.
+//
+// Rows of X that are zero throughout stay zero to the last bit (a gradient has no part in them), and nothing is spent on them.
 //
 // Sources: Tian, Khosoussi, Rosen, How, "Distributed Certifiably Correct Pose-Graph Optimization", T-RO 2021 (RBCD);
 // Absil, Mahony, Sepulchre, "Optimization Algorithms on Matrix Manifolds", 2008, chapter 7 (trust region).
 
 #include <Eigen/Core>
-#include <Eigen/SparseCholesky>
-#include <Eigen/SparseCore>
+#include <optional>
 #include <vector>
 
 #include "core/geometry/se3.h"
+#include "core/pgo/block_cholesky.h"
 
 namespace covey::pgo {
 
@@ -66,6 +72,9 @@ Lifted retract(const Lifted& X, const Lifted& V);
 struct BlockSolverOptions {
   int max_outer = 3;   // accepted trust-region steps per call
   int max_inner = 50;  // conjugate-gradient steps per trust-region step
+  // A trust-region step is good enough when what is left of its gradient has fallen by this factor, in the norm of the
+  // preconditioner, whose square is twice the decrease that is still to be had.
+  double inner_tolerance = 1e-2;
   double gradient_tolerance =
       1e-4;  // stop when the gradient's norm has fallen by this factor within the call
   double absolute_gradient_tolerance = 1e-7;  // or is below this
@@ -77,7 +86,6 @@ struct BlockStep {           // evidence
   double cost_after = 0.0;
   double gradient_before = 0.0;  // norm of the Riemannian gradient
   double gradient_after = 0.0;
-  double change = 0.0;  // |X_after - X_before|_F / sqrt(n)
   int outer = 0;
   int inner = 0;
 };
@@ -99,6 +107,8 @@ class BlockSolver {
   BlockStep minimise(const Lifted& targets, Lifted& X);
 
   double cost(const Lifted& targets, const Lifted& X) const;
+  // 2 (X Q + G): linear in (targets, X) together, so that of a motion of all robots it is the Hessian times that motion.
+  Lifted euclidean_gradient(const Lifted& targets, const Lifted& X) const;
   Lifted riemannian_gradient(const Lifted& targets, const Lifted& X) const;
 
   // Unweighted squared residuals at X.
@@ -106,17 +116,30 @@ class BlockSolver {
   Eigen::VectorXd shared_residuals(const Lifted& targets, const Lifted& X) const;
 
  private:
-  struct Block {
-    int row;
-    Eigen::Matrix4d value;
+  template <int R>
+  using Rows = Eigen::Matrix<double, R,
+                             Eigen::Dynamic>;  // the first rows of a Lifted, R = 3 where the others are zero
+  struct Term {  // an edge, weighted; from or to is -1 where the end is another robot's
+    int from;
+    int to;
+    Eigen::Matrix3d R;
+    Eigen::Vector3d t;
+    double kappa;
+    double tau;
   };
-  void assemble();
+
+  void weigh_terms();
   void factorise();
-  Lifted times_q(const Lifted& X) const;
-  Lifted linear_term(const Lifted& targets) const;
-  Lifted precondition(const Lifted& X, const Lifted& V) const;
-  double solve_trust_region(const Lifted& X, const Lifted& euclidean, const Lifted& gradient, double radius,
-                            Lifted& step, int& iterations) const;
+  void factorise_q();
+  template <int R>
+  double evaluate(const Rows<R>* targets, const Rows<R>& X, Rows<R>* gradient) const;
+  template <int R>
+  BlockStep descend(const Rows<R>& targets, Rows<R>& X);
+  template <int R>
+  double solve_trust_region(const Rows<R>& X, const Rows<R>& euclidean, const Rows<R>& gradient,
+                            double radius, Rows<R>& step, int& iterations) const;
+  template <int R>
+  void precondition(const Rows<R>& X, const Rows<R>& V, Rows<R>& result) const;
 
   int poses_;
   int rank_;
@@ -125,12 +148,12 @@ class BlockSolver {
   std::vector<SharedEdge> shared_;
   Eigen::VectorXd edge_weights_;
   Eigen::VectorXd shared_weights_;
-  std::vector<std::vector<Block>>
-      columns_;  // Q by block column: the diagonal block first, then the others by row
+  std::vector<Term> private_terms_;
+  std::vector<Term> shared_terms_;
   Eigen::VectorXd factored_edge_weights_;
   Eigen::VectorXd factored_shared_weights_;
-  Eigen::SimplicialLLT<Eigen::SparseMatrix<double>> preconditioner_;
-  bool analysed_ = false;
+  std::optional<BlockCholesky<6>> motions_;  // the factor of H
+  std::optional<BlockCholesky<4>> normal_;   // of Q
 };
 
 }  // namespace covey::pgo

@@ -114,6 +114,9 @@ void PgoCommand::add_options(CLI::App& app) {
   app.add_option("--robots", problem_.robots, "cut a g2o graph into this many ranges of poses")
       ->check(CLI::Range(1, 1000));
   app.add_option("--solver", solver_.name, solvers_help())->required();
+  app.add_option("--schedule", solver_.schedule, "rbcd's order of updates; coloured where not said")
+      ->transform(
+          CLI::CheckedTransformer(pgo::schedules()).description("greedy|round-robin|coloured|asynchronous"));
   app.add_option("--outliers", problem_.outliers, "add random loops until this part of all loops is wrong")
       ->check(CLI::Range(0.0, 0.99));
   app.add_option("--seed", problem_.seed, "of the outliers and of what a solver draws")

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/pgo/pose_graph.h"
+#include "core/pgo/rbcd.h"
 
 namespace covey {
 
@@ -18,6 +19,7 @@ struct SolverOptions {
   std::uint64_t seed = 1;         // of what a solver draws
   std::optional<double> optimum;  // stop where cost <= optimum (1 + gap)
   std::optional<double> gap;
+  pgo::Schedule schedule = pgo::RbcdOptions{}.schedule;  // of rbcd
 };
 
 struct Solution {
