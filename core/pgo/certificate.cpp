@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 #include <optional>
+#include <random>
 #include <utility>
 
 #include "core/base/error.h"
@@ -413,16 +414,75 @@ double largest_eigenvalue(const std::vector<Block>& blocks) {
   return largest;
 }
 
-// The least x in [low, high] that passes, to a relative accuracy; `high` passes without a trial.
-template <typename Passes>
-double bisect(double low, double high, double accuracy, Passes passes) {
-  if (high <= low || passes(low)) return low;
-  while (high > (1.0 + accuracy) * low) {
-    const double middle = std::sqrt(low * high);
-    (passes(middle) ? high : low) = middle;
+// Finds the smallest shift eta of S, between two bounds that are both proven: a factorisation that goes through says that it is enough,
+// a vector of negative curvature that less is not.
+class ShiftSearch {
+ public:
+  ShiftSearch(const Team& team, TeamMatrix& S) : team_(team), S_(S), d_(team.graph().dimension) {
+    std::mt19937_64 random(1);
+    std::normal_distribution<double> normal;
+    x_ = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(d_ + 1) * team.graph().poses());
+    for (double& value : x_) value = normal(random);
+    clear_translations(x_);
   }
-  return high;
-}
+
+  // In [low, high] to a relative accuracy; `high` is enough without a trial.
+  double find(double low, double high, double accuracy) {
+    if (high <= low || is_enough(low)) return low;
+    for (double eta = std::sqrt(low * high); high > (1.0 + accuracy) * low;) {
+      if (is_enough(eta)) {
+        high = eta;
+        low = std::max(low, needed(eta, 0.1 * accuracy));
+        eta = low * (1.0 + accuracy);
+      } else {
+        low = eta;
+        eta = std::sqrt(low * high);
+      }
+    }
+    return high;
+  }
+
+  int trials() const { return trials_; }
+  std::int64_t bytes() const { return bytes_; }
+
+ private:
+  static constexpr int kMaxIterations = 20;
+
+  bool is_enough(double eta) {
+    ++trials_;
+    Eigen::VectorXd shift = Eigen::VectorXd::Constant(d_ + 1, eta);
+    shift[d_] = 0.0;
+    return S_.factorise(shift);
+  }
+
+  // By inverse iteration, x <- (S + eta D)^-1 D x with D the identity on the rotations: -x^T S x / x^T D x.
+  double needed(double eta, double accuracy) {
+    double found = 0.0;
+    for (int k = 0; k < kMaxIterations; ++k) {
+      const Eigen::VectorXd before = x_;
+      x_ = S_.solve(x_);
+      clear_translations(x_);  // D x is all that is asked of it from here on
+      const double before_found = found;
+      found = eta - x_.dot(before) / x_.squaredNorm();
+      x_.normalize();
+      bytes_ +=
+          2 * kBytesPerNumber * (static_cast<std::int64_t>(team_.members().size()) - 1);  // for the two sums
+      if (k > 0 && std::abs(found - before_found) < accuracy * found) break;
+    }
+    return found;
+  }
+
+  void clear_translations(Eigen::VectorXd& x) const {
+    for (Eigen::Index k = d_; k < x.size(); k += d_ + 1) x[k] = 0.0;
+  }
+
+  const Team& team_;
+  TeamMatrix& S_;
+  int d_;
+  Eigen::VectorXd x_;  // D x
+  int trials_ = 0;
+  std::int64_t bytes_ = 0;
+};
 
 }  // namespace
 
@@ -444,16 +504,13 @@ Certificate certify(const PoseGraph& graph, const Poses& poses, const std::vecto
 
   const double scale =
       std::max(result.cost, kLeastCostPerEdge * static_cast<double>(problem.edges.size() + 1));
-  Eigen::VectorXd shift = Eigen::VectorXd::Zero(d + 1);
-  result.eta = bisect(options.resolution * scale / rotation_unknowns, largest_eigenvalue(lambda),
-                      options.accuracy, [&](double eta) {
-                        ++result.trials;
-                        shift.head(d).setConstant(eta);
-                        return S.factorise(shift);
-                      });
+  ShiftSearch search(team, S);
+  result.eta = search.find(options.resolution * scale / rotation_unknowns, largest_eigenvalue(lambda),
+                           options.accuracy);
+  result.trials = search.trials();
   result.lower_bound = cost(problem, candidate) - result.eta * rotation_unknowns;
   result.gap = (result.cost - result.lower_bound) / scale;
-  result.bytes += S.bytes() + bytes_of_values(team, result.trials);
+  result.bytes += S.bytes() + search.bytes() + bytes_of_values(team, result.trials);
   return result;
 }
 

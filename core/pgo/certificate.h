@@ -14,12 +14,13 @@
 // not zero pays for it in the second order; so that it is not the first, its translations are replaced by the best ones before
 // Lambda is taken (`cost` is still that of the candidate, the gap is to it).
 //
-// What is proven. eta is found by bisection between `resolution` and the largest eigenvalue of any Lambda_i, which always
-// suffices; each step tries a sparse Cholesky factorisation. The one at `eta` went through, so the bound holds up to the
-// rounding of one factorisation (about 1e-16 of the diagonal times the fill of a row), and 1 + accuracy below it one broke down. The gauge
-// needs no slack: moving all poses of a connected part by one translation is an exact null vector, so one translation of the
-// part is held, which leaves definiteness as it was. The d null vectors of S at an optimum are made eta by the shift itself, which
-// is why no smaller gap than `resolution` is asked for.
+// What is proven. eta is found between `resolution` and the largest eigenvalue of any Lambda_i, which always suffices, by trials: a
+// sparse Cholesky factorisation that goes through proves that an eta is enough, one that breaks down that it is not, and inverse
+// iteration with one that went through gives vectors whose curvature proves from below what is needed. So the value is at most
+// 1 + accuracy above the smallest eta, and the bound holds up to the rounding of one factorisation (about 1e-16 of the diagonal times
+// the fill of a row). The gauge needs no slack: moving all poses of a connected part by one translation is an exact null vector, so one
+// translation of the part is held, which leaves definiteness as it was. The d null vectors of S at an optimum are made eta by the shift
+// itself, which is why no smaller gap than `resolution` is asked for.
 //
 // Distributed, for a graph of several robots. The separator is a smallest vertex cover of the loops of each pair of robots, which both
 // of a pair can work out; without it no loop joins two robots. For each eta a robot factorises its interior, that is its
