@@ -2,55 +2,38 @@
 #include "core/pgo/central.h"
 
 #include "core/base/error.h"
-#include "core/geometry/se2.h"
 #include "core/graph/gnc.h"
-#include "core/graph/pose_factors.h"
 #include "core/graph/solve.h"
 #include "core/pgo/cost.h"
+#include "core/pgo/edge_factors.h"
 
 namespace covey::pgo {
 namespace {
-
-SE2 planar_part(const SE3& T) { return {T.rotation.log().z(), T.translation.head<2>()}; }
-SE3 spatial(const SE2& T) {
-  return {SO3::exp({0.0, 0.0, T.angle}), {T.translation.x(), T.translation.y(), 0.0}};
-}
 
 graph::Key pose_key(int flat) { return {'x', static_cast<std::uint64_t>(flat)}; }
 
 // The factor graph with one factor per edge, in the same order, so that a factor's id is the edge's index; and the start.
 struct Problem {
-  Problem(const PoseGraph& pose_graph, const Poses& start) : dimension(pose_graph.dimension) {
+  Problem(const PoseGraph& pose_graph, const Poses& start) {
     COVEY_CHECK(static_cast<int>(start.size()) == pose_graph.poses());
     const std::vector<int> offsets = pose_graph.offsets();
     for (const Edge& edge : pose_graph.edges) {
       const graph::Key i = pose_key(offsets[edge.from.robot] + edge.from.index);
       const graph::Key j = pose_key(offsets[edge.to.robot] + edge.to.index);
-      if (dimension == 2) {
-        factors.add(graph::ChordalBetween2{planar_part(edge.measurement), edge.kappa, edge.tau}, {i, j});
-      } else {
-        factors.add(graph::ChordalBetween3{edge.measurement, edge.kappa, edge.tau}, {i, j});
-      }
+      add_edge(factors, edge, pose_graph.dimension, i, j);
     }
     for (std::size_t k = 0; k < start.size(); ++k) {
-      if (dimension == 2) {
-        values.set(pose_key(static_cast<int>(k)), planar_part(start[k]));
-      } else {
-        values.set(pose_key(static_cast<int>(k)), start[k]);
-      }
+      set_pose(values, pose_key(static_cast<int>(k)), start[k], pose_graph.dimension);
     }
     if (!start.empty()) factors.set_constant(pose_key(0));
   }
 
   Poses poses() const {
     Poses result;
-    for (const graph::Key key : values.keys()) {
-      result.push_back(dimension == 2 ? spatial(values.get<SE2>(key)) : values.get<SE3>(key));
-    }
+    for (const graph::Key key : values.keys()) result.push_back(get_pose(values, key));
     return result;
   }
 
-  int dimension;
   graph::Graph factors;
   graph::Values values;
 };

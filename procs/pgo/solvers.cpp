@@ -6,7 +6,8 @@ namespace covey {
 const std::vector<Solver>& all_solvers() {
   static const std::vector<Solver> kSolvers = [] {
     std::vector<Solver> all;
-    for (const auto& family : {central_solvers(), rbcd_solvers(), dgnc_solvers(), elected_solvers()})
+    for (const auto& family :
+         {central_solvers(), rbcd_solvers(), schur_solvers(), dgnc_solvers(), elected_solvers()})
       all.insert(all.end(), family.begin(), family.end());
     return all;
   }();

@@ -47,6 +47,7 @@ struct Solver {
 // One family to a file, <family>_solvers.cpp; all of them in the order of --help.
 std::vector<Solver> central_solvers();
 std::vector<Solver> rbcd_solvers();
+std::vector<Solver> schur_solvers();
 std::vector<Solver> dgnc_solvers();
 std::vector<Solver> elected_solvers();
 const std::vector<Solver>& all_solvers();
