@@ -38,7 +38,7 @@ struct OpenedMember {  // of the round, this robot included
   std::vector<SE3> T_S_K;                     // as sent, in the frames of the segments' starts
 };
 
-struct SharedEnd {
+struct SharedLoop {
   GraphLoop loop;
   int peer = 0;        // the robot at its other end
   int my_place = 0;    // of the own end among the own public keyframes
@@ -51,7 +51,7 @@ struct AgreedProblem {
   std::map<int, OpenedMember> members;  // of the whole round
   GraphSnapshot graph;                  // own; without the shared loops that only one end knows
   std::vector<SegmentStart> starts;     // own, by segment
-  std::vector<SharedEnd> ends;          // the loops with others of the part
+  std::vector<SharedLoop> ends;          // the loops with others of the part
   std::vector<int> offsets;             // of each own segment's first pose among all own poses
   std::vector<int> public_index;        // of each own public keyframe among all own poses
   StartFrames frames;
@@ -69,7 +69,7 @@ struct AgreedProblem {
     return loop.a.robot == robot() ? loop.b : loop.a;
   }
   // Of loops where they are counted once: private ones, and those shared with a higher robot.
-  bool owns(const SharedEnd& end) const { return end.peer > robot(); }
+  bool owns(const SharedLoop& end) const { return end.peer > robot(); }
 
   // Starts in the common frame: of the own poses, and of a member's public keyframes as sent. In their own frames where they
   // are not connected.

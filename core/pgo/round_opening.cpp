@@ -275,7 +275,7 @@ void RoundOpening::send_alignment(RoundMail& mail) {
     }
   };
   const OpenedMember& self = problem_.self();
-  for (const SharedEnd& end : problem_.ends) {
+  for (const SharedLoop& end : problem_.ends) {
     if (end.peer < me) continue;
     const OpenedMember& peer = problem_.members.at(end.peer);
     const StartFrame my_frame{me, self.segments[end.my_place]};
@@ -327,7 +327,7 @@ void RoundOpening::take_alignments(RoundMail& mail) {
   }
   mail.continue_with(problem_.frames.place(std::move(pairs), problem_.robot()));
   problem_.part = mail.part();
-  std::erase_if(problem_.ends, [&](const SharedEnd& end) { return !contains(problem_.part, end.peer); });
+  std::erase_if(problem_.ends, [&](const SharedLoop& end) { return !contains(problem_.part, end.peer); });
   phase_ = Phase::kDone;
 }
 

@@ -90,7 +90,7 @@ RoundResult round_result(const AgreedProblem& problem, const RoundSolution& solu
   }
   const SE3 T_W_root = problem.root_pose();
   for (std::size_t e = 0; e < problem.ends.size(); ++e) {
-    const SharedEnd& end = problem.ends[e];
+    const SharedLoop& end = problem.ends[e];
     const SE3 T_mine = own_pose(problem.own_end(end.loop));
     const SE3 T_peer = T_W_root * solution.T_root_K_public.at(end.peer)[end.peer_place];
     const bool a_mine = end.loop.a.robot == problem.robot();

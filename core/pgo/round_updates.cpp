@@ -44,7 +44,7 @@ RoundUpdates::RoundUpdates(const AgreedProblem& problem, const DgncOptions& opti
                      loop.precision.tau});
   }
   std::vector<SharedEdge> shared;
-  for (const SharedEnd& end : problem.ends) {
+  for (const SharedLoop& end : problem.ends) {
     shared.push_back({problem.public_index[end.my_place], end.loop.a.robot == problem.robot(), end.loop.T_A_B,
                       end.loop.precision.kappa, end.loop.precision.tau});
   }
@@ -69,7 +69,7 @@ Eigen::VectorXd RoundUpdates::private_residuals() const {
 Eigen::VectorXd RoundUpdates::shared_residuals() const {
   Eigen::VectorXd r2(shared_weights_.size());
   for (std::size_t e = 0; e < problem_.ends.size(); ++e) {
-    const SharedEnd& end = problem_.ends[e];
+    const SharedLoop& end = problem_.ends[e];
     const SharedEdge& edge = solver_->shared()[e];
     const Lifted difference =
         my_side(edge, members_.at(problem_.robot()).now.middleCols<4>(4 * end.my_place)) -
@@ -178,7 +178,7 @@ void RoundUpdates::update(dpgo_update_t& m) {
   };
   Lifted targets(options_.rank, 4 * static_cast<int>(problem_.ends.size()));
   for (std::size_t e = 0; e < problem_.ends.size(); ++e) {
-    const SharedEnd& end = problem_.ends[e];
+    const SharedLoop& end = problem_.ends[e];
     const SharedEdge& edge = solver_->shared()[e];
     targets.middleCols<4>(4 * static_cast<int>(e)) =
         0.5 * (my_side(edge, ahead(problem_.robot(), end.my_place)) +
