@@ -2,6 +2,7 @@
 #include "core/pgo/experiment.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <numbers>
@@ -40,7 +41,164 @@ SE3 random_motion(std::mt19937_64& random, int dimension) {
   return T;
 }
 
+// One step of a walk, or a turn on the spot.
+SE3 planar_motion(double forward, double angle) { return {SO3::exp({0.0, 0.0, angle}), {forward, 0.0, 0.0}}; }
+
+// A random walk through the corridors of stata_like, T_W_pose.
+class CorridorWalk {
+ public:
+  CorridorWalk(const StataOptions& options, std::mt19937_64& random) : options_(options), random_(random) {}
+
+  Poses walk() {
+    x_ = static_cast<int>(random_() % (options_.blocks_x + 1));
+    y_ = static_cast<int>(random_() % (options_.blocks_y + 1));
+    heading_ = static_cast<int>(random_() % 4);
+    Poses poses = {
+        {SO3::exp({0.0, 0.0, heading_ * kQuarter}), {x_ * options_.block, y_ * options_.block, 0.0}}};
+    while (static_cast<int>(poses.size()) < options_.poses_per_robot) {
+      turn(poses);
+      go(poses);
+    }
+    poses.resize(options_.poses_per_robot);
+    return poses;
+  }
+
+ private:
+  static constexpr double kQuarter = 0.5 * std::numbers::pi;
+
+  bool is_open(int heading) const {
+    const int x = x_ + (heading == 0 ? 1 : heading == 2 ? -1 : 0);
+    const int y = y_ + (heading == 1 ? 1 : heading == 3 ? -1 : 0);
+    return x >= 0 && x <= options_.blocks_x && y >= 0 && y <= options_.blocks_y;
+  }
+
+  // Any way but back; at the start, which may face a wall, any way.
+  void turn(Poses& poses) {
+    int quarters = 0;
+    do {
+      quarters = static_cast<int>(random_() % (poses.size() > 1 ? 3 : 4)) - 1;
+    } while (!is_open((heading_ + quarters + 4) % 4));
+    heading_ = (heading_ + quarters + 4) % 4;
+    for (int k = 0; k < 3 * std::abs(quarters); ++k) {
+      poses.push_back(poses.back() * planar_motion(0.0, (quarters > 0 ? 1.0 : -1.0) * kQuarter / 3.0));
+    }
+  }
+
+  void go(Poses& poses) {
+    std::uniform_real_distribution<double> step(0.9 * options_.step, 1.1 * options_.step);
+    for (double left = options_.block; left > 1e-9;) {
+      const double length = std::min(step(random_), left);
+      poses.push_back(poses.back() * planar_motion(length, 0.0));
+      left -= length;
+    }
+    x_ += heading_ == 0 ? 1 : heading_ == 2 ? -1 : 0;
+    y_ += heading_ == 1 ? 1 : heading_ == 3 ? -1 : 0;
+  }
+
+  const StataOptions& options_;
+  std::mt19937_64& random_;
+  int x_ = 0;
+  int y_ = 0;
+  int heading_ = 0;  // quarters of a turn from the x axis
+};
+
+// The edges of stata_like, drawn from the robots' true poses.
+class StataGraph {
+ public:
+  StataGraph(const StataOptions& options, StataWorld& world, std::mt19937_64& random)
+      : options_(options), world_(world), random_(random), offsets_(world.graph.offsets()) {}
+
+  void add_odometry(int robot) {
+    for (int k = 0; k + 1 < options_.poses_per_robot; ++k) {
+      Edge& edge = add_measured({robot, k}, {robot, k + 1}, options_.odometry_rotation_sigma,
+                                options_.odometry_translation_sigma);
+      edge.kind = EdgeKind::kOdometry;
+      edge.known_inlier = true;
+    }
+  }
+
+  void add_true_loops(int a, int b, int count) {
+    for (int found = 0; found < count;) {
+      const PoseId from = random_pose(a);
+      const PoseId to = random_pose(b);
+      if ((a == b && to.index < from.index + kSeparation) || !same_place(from, to)) continue;
+      add_measured(from, to, options_.closure_rotation_sigma, options_.closure_translation_sigma);
+      ++found;
+    }
+  }
+
+  void add_false_loops(int robot) {
+    const double share = options_.false_share;
+    const auto count = std::lround(options_.closures_per_robot * share / (1.0 - share));
+    for (long found = 0; found < count;) {
+      const PoseId from = random_pose(robot);
+      const PoseId to = random_pose(robot);
+      if (std::abs(from.index - to.index) <= 1) continue;
+      Edge& edge =
+          add_measured(from, to, options_.closure_rotation_sigma, options_.closure_translation_sigma);
+      edge.measurement = random_motion(random_, 3);
+      world_.is_true.back() = false;
+      ++found;
+    }
+  }
+
+ private:
+  static constexpr int kSeparation = 50;
+
+  const SE3& truth(const PoseId& id) const { return world_.truth[offsets_[id.robot] + id.index]; }
+
+  PoseId random_pose(int robot) {
+    return {robot, static_cast<int>(random_() % static_cast<unsigned>(options_.poses_per_robot))};
+  }
+
+  bool same_place(const PoseId& a, const PoseId& b) const {
+    const SE3 T = truth(a).inverse() * truth(b);
+    return T.translation.norm() <= options_.range && T.rotation.log().norm() <= 0.25 * std::numbers::pi;
+  }
+
+  Edge& add_measured(const PoseId& from, const PoseId& to, double rotation_sigma, double translation_sigma) {
+    std::normal_distribution<double> normal;
+    Vector6d noise;
+    for (int axis = 0; axis < 6; ++axis)
+      noise[axis] = (axis < 3 ? translation_sigma : rotation_sigma) * normal(random_);
+    Edge edge{from, to, truth(from).inverse() * truth(to) * SE3::exp(noise)};
+    edge.kappa = 0.5 / (rotation_sigma * rotation_sigma);
+    edge.tau = 1.0 / (translation_sigma * translation_sigma);
+    world_.graph.edges.push_back(edge);
+    world_.is_true.push_back(true);
+    return world_.graph.edges.back();
+  }
+
+  const StataOptions& options_;
+  StataWorld& world_;
+  std::mt19937_64& random_;
+  std::vector<int> offsets_;
+};
+
 }  // namespace
+
+StataWorld stata_like(const StataOptions& options) {
+  constexpr int kRobots = 3;
+  constexpr std::array<std::pair<int, int>, 3> kPairs = {{{0, 1}, {1, 2}, {0, 2}}};
+  COVEY_CHECK(options.poses_per_robot >= 500 && options.between.size() == kPairs.size());
+  COVEY_CHECK(options.false_share >= 0.0 && options.false_share < 1.0);
+  std::mt19937_64 random(options.seed);
+  StataWorld world;
+  world.graph = {3, std::vector<int>(kRobots, options.poses_per_robot), {}};
+  for (int robot = 0; robot < kRobots; ++robot) {
+    const Poses walked = CorridorWalk(options, random).walk();
+    world.truth.insert(world.truth.end(), walked.begin(), walked.end());
+  }
+  StataGraph graph(options, world, random);
+  for (int robot = 0; robot < kRobots; ++robot) graph.add_odometry(robot);
+  for (int robot = 0; robot < kRobots; ++robot) {
+    graph.add_true_loops(robot, robot, options.closures_per_robot);
+    graph.add_false_loops(robot);
+  }
+  for (std::size_t p = 0; p < kPairs.size(); ++p)
+    graph.add_true_loops(kPairs[p].first, kPairs[p].second, options.between[p]);
+  return world;
+}
 
 PoseGraph cut_into_robots(const PoseGraph& graph, int robots) {
   COVEY_CHECK(graph.robots() == 1 && robots >= 1 && robots <= graph.poses());

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/pgo/fields.h"
 
+#include <zlib.h>
+
+#include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
-#include <fstream>
-#include <iterator>
+#include <memory>
 #include <system_error>
 
 namespace covey::pgo {
@@ -18,14 +21,27 @@ std::string_view trim(std::string_view text) {
   return text.substr(begin, text.find_last_not_of(kBlanks) - begin + 1);
 }
 
+// The whole file; zlib hands over what is not gzipped as it is.
+std::string read_text(const std::filesystem::path& file) {
+  const std::unique_ptr<gzFile_s, int (*)(gzFile)> stream(gzopen(file.c_str(), "rb"), gzclose);
+  if (!stream || std::filesystem::is_directory(file)) throw_input_error("{}: cannot be read", file.string());
+  std::string text;
+  std::array<char, 65536> buffer{};
+  for (int size = 0; (size = gzread(stream.get(), buffer.data(), buffer.size())) > 0;)
+    text.append(buffer.data(), size);
+  int error = Z_OK;
+  const char* why = gzerror(stream.get(), &error);
+  if (error != Z_OK && error != Z_STREAM_END) {
+    const auto lines = std::count(text.begin(), text.end(), '\n');
+    throw_input_error("{}:{}: the gzipped file is damaged: {}", file.string(), lines + 1, why);
+  }
+  return text;
+}
+
 }  // namespace
 
 FieldReader::FieldReader(const std::filesystem::path& file, char separator)
-    : file_(file), separator_(separator) {
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream || std::filesystem::is_directory(file)) throw_input_error("{}: cannot be read", file.string());
-  text_.assign(std::istreambuf_iterator<char>(stream), {});
-}
+    : file_(file), separator_(separator), text_(read_text(file)) {}
 
 bool FieldReader::next() {
   while (position_ < text_.size()) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-// A text file as lines of fields, for readers that refuse what they do not understand: every complaint is an
+// A text file, gzipped or not, as lines of fields, for readers that refuse what they do not understand: every complaint is an
 // InputError that begins with "file:line: ".
 
 #include <fmt/format.h>

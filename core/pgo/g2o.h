@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-// The text format of g2o, as far as pose graphs use it: VERTEX_SE2, EDGE_SE2, VERTEX_SE3:QUAT, EDGE_SE3:QUAT.
+// The text format of g2o, gzipped or not, as far as pose graphs use it: VERTEX_SE2, EDGE_SE2, VERTEX_SE3:QUAT,
+// EDGE_SE3:QUAT.
 // FIX is ignored, since the gauge is ours to choose; other tags are ignored and counted.
 //
 // Vertices are renumbered 0, 1, ... in the order of their ids; ids may have gaps. The edges from each pose to

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/pgo/central.h"
 #include "core/pgo/start.h"
+#include "procs/pgo/pcm_selection.h"
 #include "procs/pgo/solvers.h"
 
 namespace covey {
@@ -30,12 +31,29 @@ Solution solve_gnc_naive(const pgo::PoseGraph& graph, const SolverOptions& optio
       pgo::solve_robust(graph, pgo::naive_start(graph, options.seed), {.barc2 = options.barc2}));
 }
 
+Solution solve_pcm(const pgo::PoseGraph& graph, const SolverOptions& options) {
+  const PcmSelection selection = select_consistent(graph, options);
+  const pgo::PoseGraph form = pgo::robust_form(selection.graph);
+  Solution solution = of_whole_graph(from_central(pgo::solve_least_squares(form, pgo::chordal_start(form))),
+                                     selection, graph, options.barc2);
+  solution.kept = selection.pcm.kept;  // PCM decides alone
+  return solution;
+}
+
+// As in the paper, section VI-A: with PCM, robots are aligned by random loops among those that it kept.
+Solution solve_pcm_gnc(const pgo::PoseGraph& graph, const SolverOptions& options) {
+  const PcmSelection selection = select_consistent(graph, options);
+  return of_whole_graph(solve_gnc_naive(selection.graph, options), selection, graph, options.barc2);
+}
+
 }  // namespace
 
 std::vector<Solver> central_solvers() {
   return {
       {"l2", "central least squares from a chordal start", false, solve_l2},
+      {"pcm", "least squares over the largest sets of loops that agree pairwise", true, solve_pcm},
       {"gnc", "central graduated non-convexity from odometry, robots aligned robustly", true, solve_gnc},
+      {"pcm+gnc", "gnc-naive over the loops that pcm keeps", true, solve_pcm_gnc},
       {"gnc-naive", "the same, robots aligned by one random loop each", true, solve_gnc_naive},
   };
 }

@@ -18,6 +18,7 @@
 #include "core/pgo/certificate.h"
 #include "core/pgo/chi_square.h"
 #include "core/pgo/cost.h"
+#include "core/pgo/pcm.h"
 #include "core/pgo/start.h"
 
 namespace covey {
@@ -97,6 +98,21 @@ void report_certificate(const pgo::PoseGraph& graph, const Solution& solution, b
   json["certificate_seconds"] = static_cast<double>(std::clock() - begin) / CLOCKS_PER_SEC;
 }
 
+struct SharedLoops {  // between robots
+  int all = 0;
+  int kept = 0;
+};
+
+SharedLoops shared_loops(const pgo::PoseGraph& graph, const std::vector<bool>& kept) {
+  SharedLoops count;
+  for (std::size_t e = 0; e < graph.edges.size(); ++e) {
+    if (!graph.edges[e].between_robots()) continue;
+    ++count.all;
+    count.kept += kept[e] ? 1 : 0;
+  }
+  return count;
+}
+
 void write_json(const Json& json, const std::filesystem::path& file) {
   if (file.empty() || file == "-") {
     std::cout << json.dump(2) << std::endl;
@@ -110,7 +126,9 @@ void write_json(const Json& json, const std::filesystem::path& file) {
 }  // namespace
 
 void PgoCommand::add_options(CLI::App& app) {
-  app.add_option("--graph", problem_.graph, "F.g2o, robot<i>.csv, or a folder of robot<i>.csv")->required();
+  app.add_option("--graph", problem_.graph, "F.g2o or F.g2o.gz, robot<i>.csv, or a folder of robot<i>.csv");
+  app.add_option("--world", problem_.world,
+                 "a graph made up by --seed instead: stata (three robots, hardly any loops between)");
   app.add_option("--robots", problem_.robots, "cut a g2o graph into this many ranges of poses")
       ->check(CLI::Range(1, 1000));
   app.add_option("--solver", solver_.name, solvers_help())->required();
@@ -134,8 +152,11 @@ void PgoCommand::add_options(CLI::App& app) {
       ->check(positive())
       ->needs(optimum);
   app.add_option("--reference", problem_.reference,
-                 "poses to compare with: TUM (pose k at k + 1 s) or g2o vertices");
+                 "poses to compare with: TUM (pose k at k + 1 s), g2o vertices, or g2o edges of one chain");
   app.add_flag("--certify", certify_, "prove how far the cost can be from the best there is");
+  app.add_option(
+      "--true-loops", problem_.true_loops,
+      "the true loops of a g2o graph, a line with two vertex ids each: gives precision and recall");
   app.add_option("--json", json_, "write the report here instead of stdout");
   app.add_option("--tum", tum_, "write the poses here, pose k at k + 1 s");
 }
@@ -151,7 +172,11 @@ int PgoCommand::run() {
 
   const Timed timed = solve_timed(solver, graph, solver_);
   const Solution& solution = timed.solution;
-  const pgo::RobustCost robust = pgo::robust_cost(graph, solution.poses, solver_.barc2);
+  pgo::RobustCost robust = pgo::robust_cost(graph, solution.poses, solver_.barc2);
+  if (!solution.kept.empty()) {
+    robust.kept = solution.kept;
+    robust.kept_loops = pgo::keep_edges(graph, solution.kept).loops();
+  }
   const double cost = solver.robust ? robust.cost : pgo::cost(graph, solution.poses);
 
   Json json;
@@ -176,6 +201,9 @@ int PgoCommand::run() {
   if (solver.robust) {
     json["barc2"] = solver_.barc2;
     json["kept_loops"] = robust.kept_loops;
+    const SharedLoops shared = shared_loops(graph, robust.kept);
+    json["shared_loops"] = shared.all;
+    json["kept_shared_loops"] = shared.kept;
     if (robust.loops > 0 && robust.kept_loops == 0) {
       fmt::print(
           stderr,

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "core/geometry/trajectory.h"
@@ -15,17 +16,19 @@ namespace covey {
 
 struct ProblemOptions {
   std::filesystem::path graph;
-  int robots = 0;  // 0: one for a g2o file, what they say for robot files
+  std::string world;  // made up instead of read: "stata"
+  int robots = 0;     // 0: one for a g2o file, what they say for robot files
   double outliers = 0.0;
   std::uint64_t seed = 1;
   std::filesystem::path reference;
+  std::filesystem::path true_loops;
 };
 
 struct Problem {
   pgo::PoseGraph graph;
-  pgo::PoseGraph without_outliers;      // the graph as it was before any were added
+  pgo::PoseGraph without_outliers;      // the graph without the edges that are known to be wrong
   std::vector<bool> is_true;            // per edge of graph
-  bool truth_known = false;             // outliers were added, so is_true means something
+  bool truth_known = false;             // is_true means something: outliers were added, or listed
   std::optional<Trajectory> reference;  // by stamps of to_trajectory
 };
 

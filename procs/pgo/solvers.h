@@ -27,6 +27,7 @@ struct Solution {
   int iterations = 0;
   std::optional<bool> converged;  // nothing where the solver stops by a schedule
   std::vector<double> weights;    // per edge, of the problem that was solved last; empty for all 1
+  std::vector<bool> kept;         // per edge; empty where what is kept is what has r^2 <= barc2
   // Of distributed solvers.
   struct Team {
     std::int64_t block_updates = 0;  // one robot solving its own poses once

@@ -2,7 +2,9 @@
 #include "core/pgo/experiment.h"
 
 #include <catch2/catch.hpp>
+#include <map>
 
+#include "core/pgo/cost.h"
 #include "worlds.h"
 
 using namespace covey;
@@ -64,4 +66,33 @@ TEST_CASE("outliers are as many as asked for, where and as large as defined, and
     }
   }
   CHECK(inject_outliers(make_walk({}).graph, 0.0, 1).graph.edges.size() == make_walk({}).graph.edges.size());
+}
+
+TEST_CASE("the Stata-like world has the loops that were asked for, with the noise that they claim") {
+  const StataOptions options{.poses_per_robot = 800, .closures_per_robot = 60, .seed = 4};
+  const StataWorld world = stata_like(options);
+  const PoseGraph& graph = world.graph;
+  CHECK(graph.poses_per_robot == std::vector<int>{800, 800, 800});
+  REQUIRE(world.truth.size() == 2400);
+  const std::vector<double> r2 = squared_residuals(graph, world.truth);
+  std::map<std::pair<int, int>, int> true_loops;
+  std::map<std::pair<int, int>, int> false_loops;
+  double odometry = 0.0;
+  double loops = 0.0;
+  for (std::size_t e = 0; e < graph.edges.size(); ++e) {
+    const Edge& edge = graph.edges[e];
+    if (edge.kind == EdgeKind::kOdometry) odometry += r2[e] / (3 * 799);
+    if (edge.kind == EdgeKind::kOdometry) continue;
+    ++(world.is_true[e] ? true_loops : false_loops)[{edge.from.robot, edge.to.robot}];
+    if (world.is_true[e]) loops += r2[e] / (3 * 60 + 3);
+  }
+  CHECK(true_loops == std::map<std::pair<int, int>, int>{
+                          {{0, 0}, 60}, {{1, 1}, 60}, {{2, 2}, 60}, {{0, 1}, 2}, {{1, 2}, 1}});
+  CHECK(false_loops == std::map<std::pair<int, int>, int>{{{0, 0}, 15}, {{1, 1}, 15}, {{2, 2}, 15}});
+  CHECK(odometry == Approx(6.0).epsilon(0.1));  // chi-square, 6 degrees of freedom
+  CHECK(loops == Approx(6.0).epsilon(0.2));
+  for (std::size_t k = 1; k < 800; ++k)
+    REQUIRE((world.truth[k].translation - world.truth[k - 1].translation).norm() < 0.56);
+  CHECK(stata_like(options).graph.edges.back().measurement.translation ==
+        graph.edges.back().measurement.translation);
 }
