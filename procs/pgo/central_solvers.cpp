@@ -53,8 +53,8 @@ std::vector<Solver> central_solvers() {
       {"l2", "central least squares from a chordal start", false, solve_l2},
       {"pcm", "least squares over the largest sets of loops that agree pairwise", true, solve_pcm},
       {"gnc", "central graduated non-convexity from odometry, robots aligned robustly", true, solve_gnc},
-      {"pcm+gnc", "gnc-naive over the loops that pcm keeps", true, solve_pcm_gnc},
       {"gnc-naive", "the same, robots aligned by one random loop each", true, solve_gnc_naive},
+      {"pcm+gnc", "gnc-naive over the loops that pcm keeps", true, solve_pcm_gnc},
   };
 }
 

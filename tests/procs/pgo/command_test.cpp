@@ -123,6 +123,31 @@ TEST_CASE("pgo certifies what it ends with, centrally or as the team that solved
   }
 }
 
+TEST_CASE("pgo takes lists of true loops, and what PCM keeps counts as kept") {
+  const Walk walk =
+      make_walk({.dimension = 2, .poses = 300, .rotation_sigma = 0.002, .translation_sigma = 0.01});
+  const Injection injection = inject_outliers(walk.graph, 0.4, 3);
+  const ScratchFile graph(ScratchFile::Extension{".g2o"});
+  write_g2o(graph.path, injection.graph);
+  std::string list;
+  for (std::size_t e = 0; e < injection.graph.edges.size(); ++e) {
+    const Edge& edge = injection.graph.edges[e];
+    if (edge.kind == EdgeKind::kLoop && injection.is_true[e])
+      list += std::to_string(edge.from.index) + " " + std::to_string(edge.to.index) + "\n";
+  }
+  const ScratchFile true_loops(list);
+  for (const std::string solver : {"pcm", "gnc", "pcm+gnc", "pcm+dgnc"}) {
+    INFO(solver);
+    const auto report = report_of({"--graph", graph.path, "--true-loops", true_loops.path, "--robots", "2",
+                                   "--solver", solver, "--probability", "0.999999"});
+    CHECK(report["precision"].get<double>() > 0.98);
+    CHECK(report["recall"].get<double>() > 0.98);
+    CHECK(report["kept_loops"].get<int>() >= report["kept_shared_loops"].get<int>());
+    CHECK(report["shared_loops"].get<int>() > 0);
+    CHECK(report.contains("ate_m"));
+  }
+}
+
 TEST_CASE("pgo reads a folder of robots, and one robot of it") {
   const PoseGraph team = cut_into_robots(make_walk({.poses = 90}).graph, 3);
   const ScratchFile folder;
@@ -160,8 +185,13 @@ TEST_CASE("pgo refuses bad usage and bad input with exit code 2 and a sentence, 
   };
   refused({"--graph", "/none.g2o", "--solver", "l2"}, "pgo: /none.g2o: cannot be read");
   refused({"--graph", graph, "--solver", "magic"},
-          "pgo: --solver: 'magic' is not a solver; there are l2, gnc");
+          "pgo: --solver: 'magic' is not a solver; there are l2, pcm, gnc");
   refused({"--graph", graph}, "--solver is required");
+  refused({"--solver", "l2"}, "exactly one of --graph and --world");
+  refused({"--graph", graph, "--world", "stata", "--solver", "l2"}, "exactly one of --graph and --world");
+  refused({"--world", "moon", "--solver", "l2"}, "--world: there is no 'moon', only stata");
+  refused({"--world", "stata", "--robots", "2", "--solver", "l2"}, "brings its own robots and outliers");
+  refused({"--graph", graph, "--true-loops", "/none.txt", "--solver", "l2"}, "/none.txt: cannot be read");
   refused({"--graph", graph, "--solver", "l2", "--gap", "0.1"}, "--gap requires --optimum");
   refused({"--graph", graph, "--solver", "gnc", "--barc2", "-3"}, "-3 is not a positive number");
   refused({"--graph", graph, "--solver", "gnc", "--barc2", "3", "--probability", "0.5"}, "excludes");
