@@ -62,8 +62,6 @@ class CeresProblem::Cost final : public ceres::CostFunction {
   }
 
   const std::vector<double*>& parameters() const { return parameters_; }
-  double scale() const { return scale_; }
-  void set_scale(double scale) { scale_ = scale; }
 
   bool Evaluate(const double* const* x, double* residuals, double** jacobians) const override {
     if (!jacobians) {
@@ -71,9 +69,7 @@ class CeresProblem::Cost final : public ceres::CostFunction {
     } else {
       evaluate_with_jacobians(x, residuals, jacobians);
     }
-    Eigen::Map<Eigen::VectorXd> r(residuals, num_residuals());
-    if (scale_ != 1.0) r *= scale_;
-    return r.allFinite();
+    return Eigen::Map<const Eigen::VectorXd>(residuals, num_residuals()).allFinite();
   }
 
  private:
@@ -91,8 +87,8 @@ class CeresProblem::Cost final : public ceres::CostFunction {
 
   void widen(const double* tangent, VariableType type, double* ambient) const {
     for (int row = 0; row < num_residuals(); ++row) {
-      for (int c = 0; c < type.tangent; ++c) ambient[c] = scale_ * tangent[c];
-      for (int c = type.tangent; c < type.ambient; ++c) ambient[c] = 0.0;
+      std::copy_n(tangent, type.tangent, ambient);
+      std::fill(ambient + type.tangent, ambient + type.ambient, 0.0);
       tangent += type.tangent;
       ambient += type.ambient;
     }
@@ -102,7 +98,6 @@ class CeresProblem::Cost final : public ceres::CostFunction {
   std::vector<double>& scratch_;  // shared by all factors: one thread, one factor at a time
   mutable std::vector<double*> tangent_jacobians_;
   std::vector<double*> parameters_;
-  double scale_ = 1.0;
 };
 
 class CeresProblem::Loss final : public ceres::LossFunction {
@@ -149,7 +144,7 @@ std::unique_ptr<ceres::Problem> CeresProblem::make_problem() const {
   auto problem = std::make_unique<ceres::Problem>(options);
   for (const Key key : graph_.keys()) add_variable(*problem, key, values_.type(key));
   for (std::size_t id = 0; id < costs_.size(); ++id) {
-    if (!costs_[id] || costs_[id]->scale() == 0.0) continue;
+    if (!costs_[id]) continue;
     problem->AddResidualBlock(costs_[id].get(), losses_[id].get(), costs_[id]->parameters());
   }
   return problem;
@@ -162,16 +157,6 @@ std::shared_ptr<ceres::ParameterBlockOrdering> CeresProblem::make_ordering(char 
   return ordering;
 }
 
-void CeresProblem::set_weight(FactorId id, double weight) { costs_[id]->set_scale(std::sqrt(weight)); }
-
-double CeresProblem::squared_residual(FactorId id) {
-  const Factor& factor = graph_.factor(id);
-  if (scratch_.size() < static_cast<std::size_t>(factor.residual_dim()))
-    scratch_.resize(factor.residual_dim());
-  factor.evaluate(costs_[id]->parameters().data(), scratch_.data(), nullptr);
-  return Eigen::Map<Eigen::VectorXd>(scratch_.data(), factor.residual_dim()).squaredNorm();
-}
-
 SolveResult CeresProblem::solve(const SolveOptions& options) {
   SolveResult result;
   result.initial_cost = result.final_cost = cost(graph_, values_);
@@ -180,12 +165,8 @@ SolveResult CeresProblem::solve(const SolveOptions& options) {
     return result;
   }
   ceres::Solver::Options ceres_options;
-  ceres_options.linear_solver_type = ceres::SPARSE_NORMAL_CHOLESKY;
-  ceres_options.sparse_linear_algebra_library_type = ceres::SUITE_SPARSE;
-  if (options.eliminate_first != 0) {
-    ceres_options.linear_solver_type = ceres::DENSE_SCHUR;
-    ceres_options.linear_solver_ordering = make_ordering(options.eliminate_first);
-  }
+  ceres_options.linear_solver_type = ceres::DENSE_SCHUR;
+  ceres_options.linear_solver_ordering = make_ordering(options.eliminate_first);
   ceres_options.num_threads = 1;
   ceres_options.max_num_iterations = options.max_iterations;
   ceres_options.function_tolerance = options.relative_cost_tolerance;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-// A graph and its values as a Ceres problem, built once and solved as often as wanted. For core/graph's own
-// sources only: nothing else includes Ceres.
+// A graph and its values as a Ceres problem, for solves that eliminate one kind of variable first and then are dense
+// (SolveOptions::eliminate_first). For core/graph's own sources only: nothing else includes Ceres.
 //
 // Factors give Jacobians in tangent spaces where Ceres wants them in ambient ones. Both are served by writing
 // the tangent Jacobian into the first columns of the ambient one and telling Ceres that the derivative of
@@ -25,10 +25,6 @@ class CeresProblem {
   CeresProblem(const CeresProblem&) = delete;
   CeresProblem& operator=(const CeresProblem&) = delete;
 
-  // Scales a factor's squared residual, 1 at first.
-  void set_weight(FactorId id, double weight);
-  // Unweighted, at the present values.
-  double squared_residual(FactorId id);
   SolveResult solve(const SolveOptions& options);
 
  private:

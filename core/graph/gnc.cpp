@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/graph/ceres_problem.h"
+#include "core/graph/sparse_problem.h"
 
 namespace covey::graph {
 namespace {
@@ -101,7 +101,7 @@ class Gnc {
   const Graph& graph_;
   Values& values_;
   const GncOptions& options_;
-  CeresProblem problem_;
+  SparseProblem problem_;
   std::vector<double> squared_;  // r^2 of each candidate at the present values
   GncResult result_;
 };

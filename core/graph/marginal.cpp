@@ -9,6 +9,7 @@
 #include <limits>
 
 #include "core/graph/linearise.h"
+#include "core/graph/one_thread.h"
 #include "core/graph/reduced.h"
 
 namespace covey::graph {
@@ -154,6 +155,7 @@ std::optional<Eigen::MatrixXd> marginal_covariance(const Graph& graph, const Val
   const Eigen::SparseMatrix<double> H = model.J.transpose() * model.J;
   Eigen::CholmodSupernodalLLT<Eigen::SparseMatrix<double>> cholesky;
   cholesky.cholmod().print = 0;
+  const OneThread one_thread;
   cholesky.compute(H);
   if (cholesky.info() != Eigen::Success) return std::nullopt;
   Eigen::MatrixXd unit = Eigen::MatrixXd::Zero(H.rows(), static_cast<Eigen::Index>(wanted.index.size()));

@@ -2,11 +2,13 @@
 #include "core/graph/solve.h"
 
 #include "core/graph/ceres_problem.h"
+#include "core/graph/sparse_problem.h"
 
 namespace covey::graph {
 
 SolveResult solve(const Graph& graph, Values& values, const SolveOptions& options) {
-  return CeresProblem(graph, values).solve(options);
+  if (options.eliminate_first != 0) return CeresProblem(graph, values).solve(options);
+  return SparseProblem(graph, values).solve(options);
 }
 
 }  // namespace covey::graph

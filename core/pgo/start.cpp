@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/pgo/start.h"
 
-#include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <map>
 #include <numeric>
@@ -10,80 +9,90 @@
 
 #include "core/base/error.h"
 #include "core/geometry/stiefel.h"
+#include "core/graph/block_cholesky.h"
 
 namespace covey::pgo {
 namespace {
-
-using Sparse = Eigen::SparseMatrix<double>;
 
 int find_root(std::vector<int>& parent, int node) {
   while (parent[node] != node) node = parent[node] = parent[parent[node]];
   return node;
 }
 
-// Solves A X = B for a sparse positive definite A given by its lower triangle.
-Eigen::MatrixXd solve_positive_definite(int size, const std::vector<Eigen::Triplet<double>>& lower,
-                                        const Eigen::MatrixXd& B) {
-  Sparse A(size, size);
-  A.setFromTriplets(lower.begin(), lower.end());
-  const Eigen::SimplicialLDLT<Sparse> factor(A);
-  COVEY_CHECK(factor.info() == Eigen::Success);
-  return factor.solve(B);
+// The ends of an edge in a linear system whose unknowns are all poses but the first, which is held: kHeld, or 0 for the second
+// pose and so on.
+constexpr int kHeld = -1;
+struct Ends {
+  int i = kHeld;
+  int j = kHeld;
+};
+
+std::vector<Ends> ends_of(const PoseGraph& graph) {
+  const std::vector<int> offsets = graph.offsets();
+  std::vector<Ends> ends;
+  ends.reserve(graph.edges.size());
+  for (const Edge& edge : graph.edges) {
+    ends.push_back(
+        {offsets[edge.from.robot] + edge.from.index - 1, offsets[edge.to.robot] + edge.to.index - 1});
+  }
+  return ends;
+}
+
+// The matrix of such a system, zero, with `size` rows for each pose.
+graph::BlockCholesky make_system(const PoseGraph& graph, const std::vector<Ends>& ends, int size) {
+  std::vector<std::pair<int, int>> pairs;
+  pairs.reserve(ends.size());
+  for (const auto& [i, j] : ends) {
+    if (i != kHeld && j != kHeld) pairs.emplace_back(i, j);
+  }
+  return {std::vector<int>(graph.poses() - 1, size), pairs};
 }
 
 // Minimises sum kappa |R_to - R_from R|_F^2 over d x d matrices with the first one held at identity. Each row
 // of a rotation matrix is an unknown of its own: with x_i the transposed row, the residuals are x_to - R^T
 // x_from.
-std::vector<Eigen::MatrixXd> relaxed_rotations(const PoseGraph& graph) {
+std::vector<Eigen::MatrixXd> relaxed_rotations(const PoseGraph& graph, const std::vector<Ends>& ends) {
   const int d = graph.dimension;
-  const std::vector<int> offsets = graph.offsets();
-  const int unknowns = d * (graph.poses() - 1);
-  std::vector<Eigen::Triplet<double>> lower;
-  Eigen::MatrixXd B = Eigen::MatrixXd::Zero(unknowns, d);
-  const auto add_block = [&](int row, int column, const Eigen::MatrixXd& block) {
-    for (int r = 0; r < d; ++r) {
-      for (int c = 0; c < d; ++c) {
-        if (d * row + r >= d * column + c) lower.emplace_back(d * row + r, d * column + c, block(r, c));
-      }
-    }
-  };
+  graph::BlockCholesky A = make_system(graph, ends, d);
+  Eigen::MatrixXd B = Eigen::MatrixXd::Zero(A.rows(), d);
   const Eigen::MatrixXd I = Eigen::MatrixXd::Identity(d, d);
-  for (const Edge& edge : graph.edges) {
-    const int i = offsets[edge.from.robot] + edge.from.index - 1;  // -1: the pose that is held
-    const int j = offsets[edge.to.robot] + edge.to.index - 1;
-    const Eigen::MatrixXd R = edge.kappa * rotation_of(edge.measurement, d);
-    if (i >= 0) add_block(i, i, edge.kappa * I);
-    if (j >= 0) add_block(j, j, edge.kappa * I);
-    if (i < 0) B.middleRows(d * j, d) += R.transpose();
-    if (j < 0) B.middleRows(d * i, d) += R;
-    if (i >= 0 && j >= 0) i > j ? add_block(i, j, -R) : add_block(j, i, -R.transpose());
+  for (std::size_t e = 0; e < ends.size(); ++e) {
+    const auto [i, j] = ends[e];
+    const double kappa = graph.edges[e].kappa;
+    const Eigen::MatrixXd R = kappa * rotation_of(graph.edges[e].measurement, d);
+    if (i != kHeld) A.add(i, i, kappa * I);
+    if (j != kHeld) A.add(j, j, kappa * I);
+    if (i != kHeld && j != kHeld) A.add(i, j, -R);
+    if (i == kHeld && j != kHeld) B.middleRows(A.first_row(j), d) += R.transpose();
+    if (j == kHeld && i != kHeld) B.middleRows(A.first_row(i), d) += R;
   }
+  COVEY_CHECK(A.factorise());
+  const Eigen::MatrixXd X = A.solve(B);
   std::vector<Eigen::MatrixXd> rotations = {I};
-  if (unknowns == 0) return rotations;
-  const Eigen::MatrixXd X = solve_positive_definite(unknowns, lower, B);
-  for (int i = 0; i + 1 < graph.poses(); ++i) {
-    rotations.push_back(project_to_rotation(X.middleRows(d * i, d).transpose()));
-  }
+  for (int i = 0; i + 1 < graph.poses(); ++i)
+    rotations.push_back(project_to_rotation(X.middleRows(A.first_row(i), d).transpose()));
   return rotations;
 }
 
 // Minimises sum tau |t_to - t_from - R_from t|^2 with the first translation held at zero.
-Eigen::MatrixXd best_translations(const PoseGraph& graph, const std::vector<Eigen::MatrixXd>& rotations) {
+Eigen::MatrixXd best_translations(const PoseGraph& graph, const std::vector<Ends>& ends,
+                                  const std::vector<Eigen::MatrixXd>& rotations) {
   const int d = graph.dimension;
-  const std::vector<int> offsets = graph.offsets();
-  const int unknowns = graph.poses() - 1;
-  std::vector<Eigen::Triplet<double>> lower;
-  Eigen::MatrixXd B = Eigen::MatrixXd::Zero(unknowns, d);
-  for (const Edge& edge : graph.edges) {
-    const int i = offsets[edge.from.robot] + edge.from.index - 1;
-    const int j = offsets[edge.to.robot] + edge.to.index - 1;
-    const Eigen::VectorXd step = edge.tau * (rotations[i + 1] * translation_of(edge.measurement, d));
-    if (i >= 0) lower.emplace_back(i, i, edge.tau), B.row(i) -= step.transpose();
-    if (j >= 0) lower.emplace_back(j, j, edge.tau), B.row(j) += step.transpose();
-    if (i >= 0 && j >= 0) lower.emplace_back(std::max(i, j), std::min(i, j), -edge.tau);
+  graph::BlockCholesky A = make_system(graph, ends, 1);
+  Eigen::MatrixXd B = Eigen::MatrixXd::Zero(A.rows(), d);
+  for (std::size_t e = 0; e < ends.size(); ++e) {
+    const auto [i, j] = ends[e];
+    const Eigen::Matrix<double, 1, 1> tau(graph.edges[e].tau);
+    const Eigen::VectorXd step =
+        tau.value() * (rotations[i + 1] * translation_of(graph.edges[e].measurement, d));
+    if (i != kHeld) A.add(i, i, tau), B.row(A.first_row(i)) -= step.transpose();
+    if (j != kHeld) A.add(j, j, tau), B.row(A.first_row(j)) += step.transpose();
+    if (i != kHeld && j != kHeld) A.add(i, j, -tau);
   }
-  Eigen::MatrixXd translations = Eigen::MatrixXd::Zero(unknowns + 1, d);
-  if (unknowns > 0) translations.bottomRows(unknowns) = solve_positive_definite(unknowns, lower, B);
+  COVEY_CHECK(A.factorise());
+  const Eigen::MatrixXd X = A.solve(B);
+  Eigen::MatrixXd translations = Eigen::MatrixXd::Zero(graph.poses(), d);
+  for (int i = 0; i + 1 < graph.poses(); ++i) translations.row(i + 1) = X.row(A.first_row(i));
   return translations;
 }
 
@@ -153,8 +162,9 @@ Poses odometry_start(const PoseGraph& graph) {
 }
 
 Poses chordal_start(const PoseGraph& graph) {
-  const std::vector<Eigen::MatrixXd> rotations = relaxed_rotations(graph);
-  const Eigen::MatrixXd translations = best_translations(graph, rotations);
+  const std::vector<Ends> ends = ends_of(graph);
+  const std::vector<Eigen::MatrixXd> rotations = relaxed_rotations(graph, ends);
+  const Eigen::MatrixXd translations = best_translations(graph, ends, rotations);
   Poses poses;
   for (int i = 0; i < graph.poses(); ++i)
     poses.push_back(pose_of(rotations[i], translations.row(i).transpose()));

@@ -16,14 +16,20 @@ Solution from_central(pgo::CentralResult result) {
   return solution;
 }
 
-Solution solve_l2(const pgo::PoseGraph& graph, const SolverOptions&) {
-  return from_central(pgo::solve_least_squares(graph, pgo::chordal_start(graph)));
+pgo::Poses start_of(const pgo::PoseGraph& graph, const SolverOptions& options, const std::string& usual) {
+  const std::string& start = options.start.empty() ? usual : options.start;
+  if (start == "chordal") return pgo::chordal_start(graph);
+  if (start == "odometry") return pgo::odometry_start(graph);
+  // A robot that only one loop ties to the others still has to lie somewhere.
+  return pgo::robust_start(graph, {.min_inliers = 1}).poses;
+}
+
+Solution solve_l2(const pgo::PoseGraph& graph, const SolverOptions& options) {
+  return from_central(pgo::solve_least_squares(graph, start_of(graph, options, "chordal")));
 }
 
 Solution solve_gnc(const pgo::PoseGraph& graph, const SolverOptions& options) {
-  // A robot that only one loop ties to the others still has to lie somewhere.
-  const pgo::RobustStart start = pgo::robust_start(graph, {.min_inliers = 1});
-  return from_central(pgo::solve_robust(graph, start.poses, {.barc2 = options.barc2}));
+  return from_central(pgo::solve_robust(graph, start_of(graph, options, "robust"), {.barc2 = options.barc2}));
 }
 
 Solution solve_gnc_naive(const pgo::PoseGraph& graph, const SolverOptions& options) {
@@ -50,9 +56,10 @@ Solution solve_pcm_gnc(const pgo::PoseGraph& graph, const SolverOptions& options
 
 std::vector<Solver> central_solvers() {
   return {
-      {"l2", "central least squares from a chordal start", false, solve_l2},
+      {"l2", "central least squares from a chordal start", false, solve_l2, true},
       {"pcm", "least squares over the largest sets of loops that agree pairwise", true, solve_pcm},
-      {"gnc", "central graduated non-convexity from odometry, robots aligned robustly", true, solve_gnc},
+      {"gnc", "central graduated non-convexity from odometry, robots aligned robustly", true, solve_gnc,
+       true},
       {"gnc-naive", "the same, robots aligned by one random loop each", true, solve_gnc_naive},
       {"pcm+gnc", "gnc-naive over the loops that pcm keeps", true, solve_pcm_gnc},
   };

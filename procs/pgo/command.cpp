@@ -146,6 +146,9 @@ void PgoCommand::add_options(CLI::App& app) {
                  "the threshold itself: the largest squared residual of a true loop")
       ->check(positive())
       ->excludes(probability);
+  app.add_option("--start", solver_.start,
+                 "where l2 and gnc begin: chordal (l2's own), robust (gnc's own) or odometry")
+      ->check(CLI::IsMember({"chordal", "robust", "odometry"}));
   auto* optimum = app.add_option("--optimum", solver_.optimum, "cost to compare with")->check(positive());
   app.add_option("--gap", solver_.gap,
                  "stop at this relative gap to --optimum; exit 1 where it is not reached")
@@ -163,6 +166,8 @@ void PgoCommand::add_options(CLI::App& app) {
 
 int PgoCommand::run() {
   const Solver& solver = solver_named(solver_.name);
+  if (!solver_.start.empty() && !solver.any_start)
+    throw_input_error("--start: {} has a start of its own; l2 and gnc have a choice", solver.name);
   const Problem problem = load_problem(problem_);
   const pgo::PoseGraph& graph = problem.graph;
   solver_.seed = problem_.seed;

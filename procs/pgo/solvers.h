@@ -17,6 +17,7 @@ struct SolverOptions {
   std::string name;
   double barc2 = 0.0;             // truncation of robust solvers
   std::uint64_t seed = 1;         // of what a solver draws
+  std::string start;              // robust, chordal or odometry; empty: the solver's own
   std::optional<double> optimum;  // stop where cost <= optimum (1 + gap)
   std::optional<double> gap;
   pgo::Schedule schedule = pgo::RbcdOptions{}.schedule;  // of rbcd
@@ -43,6 +44,7 @@ struct Solver {
   std::string summary;
   bool robust = false;  // minimises the robust cost, else least squares
   Solution (*solve)(const pgo::PoseGraph& graph, const SolverOptions& options) = nullptr;
+  bool any_start = false;  // it begins where SolverOptions::start says
 };
 
 // One family to a file, <family>_solvers.cpp; all of them in the order of --help.

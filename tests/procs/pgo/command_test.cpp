@@ -148,6 +148,21 @@ TEST_CASE("pgo takes lists of true loops, and what PCM keeps counts as kept") {
   }
 }
 
+TEST_CASE("pgo begins where it is told to") {
+  const Walk walk = make_walk({.poses = 150, .rotation_sigma = 0.005});
+  const ScratchFile graph;
+  write_g2o(graph.path, walk.graph);
+  for (const std::string solver : {"l2", "gnc"}) {
+    std::vector<std::string> arguments = {"--graph", graph.path, "--solver", solver};
+    const double usual = report_of(arguments)["cost"];
+    arguments.insert(arguments.end(), {"--start", ""});
+    for (const std::string start : {"chordal", "robust", "odometry"}) {
+      arguments.back() = start;
+      CHECK(report_of(arguments)["cost"].get<double>() == Approx(usual));
+    }
+  }
+}
+
 TEST_CASE("pgo reads a folder of robots, and one robot of it") {
   const PoseGraph team = cut_into_robots(make_walk({.poses = 90}).graph, 3);
   const ScratchFile folder;
@@ -195,6 +210,8 @@ TEST_CASE("pgo refuses bad usage and bad input with exit code 2 and a sentence, 
   refused({"--graph", graph, "--solver", "l2", "--gap", "0.1"}, "--gap requires --optimum");
   refused({"--graph", graph, "--solver", "gnc", "--barc2", "-3"}, "-3 is not a positive number");
   refused({"--graph", graph, "--solver", "gnc", "--barc2", "3", "--probability", "0.5"}, "excludes");
+  refused({"--graph", graph, "--solver", "rbcd", "--start", "robust"}, "rbcd has a start of its own");
+  refused({"--graph", graph, "--solver", "l2", "--start", "here"}, "--start");
   refused({"--graph", graph, "--solver", "l2", "--robots", "61"}, "60 poses cannot be cut for --robots 61");
   refused({"--graph", graph, "--solver", "l2", "--reference", graph}, "has no VERTEX line");
   const ScratchFile bad("EDGE_SE2 0 1 1 0 0 1 0 0 1 0 1\nEDGE_SE2 0 1 1 0 nan 1 0 0 1 0 1\n");
