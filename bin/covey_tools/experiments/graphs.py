@@ -12,7 +12,10 @@ import subprocess
 import tempfile
 from dataclasses import dataclass
 
-from covey_tools import places
+from covey_tools import experiments, places
+from covey_tools.experiments import tables
+
+SUMMARY = "every published pose graph with 1, 2, 3, 5 and 8 robots: cost, gap, certificate, rounds, CPU, bytes"
 
 # CONVENTIONS.md's cost, each with a certificate.
 OPTIMA = {"intel": 393.652541, "m3500": 193.862258, "mit": 61.154116, "csail": 31.470332, "kitti_00": 125.680708,
@@ -51,12 +54,14 @@ def tasks(quick):
         yield from (Task(graph, robots, solver, barc2) for solver in ("gnc", "dgnc", "elected"))
 
 
-def run(data, quick, say):
-    """Measured rows and, of what could not be measured, sentences. data: the folder with pose_graphs; say: takes a line of progress."""
+def run(options, say):
+    """Measured rows and, of what could not be measured, sentences."""
     rows, notes = [], []
-    wanted = list(tasks(quick))
+    wanted = list(tasks(options.quick))
+    experiments.check_graphs(options.graph, list(dict.fromkeys(task.graph for task in wanted)))
+    wanted = [task for task in wanted if not options.graph or task.graph in options.graph]
     for number, task in enumerate(wanted, 1):
-        path = os.path.join(data, "pose_graphs", "tunnels" if task.graph == "tunnels" else f"{task.graph}.g2o")
+        path = os.path.join(options.data, "pose_graphs", "tunnels" if task.graph == "tunnels" else f"{task.graph}.g2o")
         if not os.path.exists(path):
             notes.append(f"{task.graph}: {path} is not there")
             continue
@@ -218,8 +223,13 @@ def _number(value, form):
     return "" if value is None else format(value, form)
 
 
+def report(rows, notes, folder):
+    """The page: the table, then what it shows, and the picture."""
+    plot(os.path.join(folder, "graphs.png"), rows)
+    return markdown(rows, notes) + "\n![Gap, bytes and CPU seconds of each graph](graphs.png)\n"
+
+
 def markdown(rows, notes):
-    """The page: the table, then what it shows."""
     lines = ["# Published pose graphs, by one robot and by teams", "",
              "CPU seconds are summed over the robots, start included; a certified gap is proven (core/pgo/certificate.h).", "",
              "| graph | robots | solver | cost | gap | block updates | rounds | CPU s | wall s | bytes sent | certified gap |",
@@ -239,15 +249,13 @@ def markdown(rows, notes):
 
 def plot(path, rows):
     """Gap, bytes and CPU seconds of each graph, by solver; teams of five."""
-    from covey_tools import figures  # matplotlib takes half a second to load
-
     shown = [row for row in rows if row["solver"] in ("l2", "rbcd", "schur") and row["robots"] in (1, 5)]
     graphs = [name for name in OPTIMA if any(row["graph"] == name for row in shown)]
     panels = [("gap to the optimum", "gap", {"rbcd": GAPS["rbcd"], "schur": GAPS["schur"]}), ("bytes sent", "bytes_sent", {}),
               ("CPU seconds, all robots", "seconds", {})]
     series = {solver: {key: [_value(shown, graph, solver, key) for graph in graphs] for _, key, _ in panels}
               for solver in ("l2", "rbcd", "schur")}
-    figures.by_graph(path, graphs, series, panels)
+    tables.by_graph(path, graphs, series, panels)
 
 
 def _value(rows, graph, solver, key):

@@ -1,0 +1,116 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""bin/experiments' command line."""
+
+import argparse
+import json
+import os
+import platform
+import subprocess
+import sys
+import time
+
+from covey_tools import experiments, places
+from covey_tools.errors import Failure, InputError
+
+DESCRIPTION = """Measures what the paper's figures and tables show, with the pgo of this tree, and says whether what is claimed holds.
+
+Builds first. Every run of pgo is made anew; nothing is kept from an earlier call."""
+
+EPILOG = """output, in --out
+  NAME.json       {"rows": [one flat object per run], "commit", "seed", "machine"}
+  NAME.md         medians, figures, and for each claim whether it holds
+  NAME_*.png      box plots
+
+exit codes: 0 done, whatever the claims came to; 1 something could not be measured (the report and stderr say what);
+2 wrong usage or input"""
+
+
+_last_said = 0.0  # s, of a line of progress
+
+
+def main(arguments=None):
+    options = _parse(arguments)
+    experiment = experiments.load(options.name)
+    if not os.path.isdir(options.data):
+        raise InputError(f"--data {options.data}: no such folder; expected one with pose_graphs/ and kitti_loops/")
+    if not options.no_build:
+        _build()
+    out = _output_folder(options.out)
+    begin = time.monotonic()
+    rows, notes = experiment.run(options, _say)
+    facts = {"rows": rows, "commit": _commit(), "seed": options.seed, "machine": _machine()}
+    page = os.path.join(out, f"{options.name}.md")
+    _write(os.path.join(out, f"{options.name}.json"), json.dumps(facts, indent=1) + "\n")
+    if not rows:
+        raise Failure(f"nothing could be measured: {notes[0] if notes else 'no runs'}")
+    _write(page, experiment.report(rows, notes, out) + _origin(options, facts, time.monotonic() - begin))
+    for note in notes:
+        print(f"experiments: not measured: {note}", file=sys.stderr)
+    print(page)
+    return 1 if notes else 0
+
+
+def _parse(arguments):
+    names = "\n".join(f"  {name:12} {experiments.load(name).SUMMARY}" for name in experiments.NAMES)
+    parser = argparse.ArgumentParser(prog="experiments", description=f"{DESCRIPTION}\n\nexperiments\n{names}", epilog=EPILOG,
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    add = parser.add_argument
+    add("name", metavar="NAME", choices=experiments.NAMES, help=" | ".join(experiments.NAMES))
+    add("--quick", action="store_true", help="fewer seeds, thresholds and graphs: under 3 minutes")
+    add("--data", default=os.environ.get("COVEY_DATA", os.path.join(places.ROOT, "..", "shared", "data")), metavar="DIR",
+        help="benchmark graphs (default $COVEY_DATA, else ../shared/data); what is not there is left out, with a word")
+    add("--out", default=os.path.join("out", "experiments"), metavar="DIR", help="default out/experiments")
+    add("--graph", action="append", metavar="G", default=[], help="only the runs on this graph; may be repeated")
+    add("--seed", type=int, default=1, help="the first of the seeds (default 1)")
+    add("--no-build", action="store_true", help="take what bin/build made before")
+    return parser.parse_args(arguments)
+
+
+def _say(line):
+    """Each line on a terminal over the one before; elsewhere one every ten seconds."""
+    global _last_said
+    if sys.stderr.isatty():
+        print(f"\r\x1b[K{line[:110]}", end="", file=sys.stderr, flush=True)
+    elif time.monotonic() - _last_said >= 10.0:
+        _last_said = time.monotonic()
+        print(f"experiments: {line}", file=sys.stderr, flush=True)
+
+
+def _build():
+    code = subprocess.run([os.path.join(places.ROOT, "bin", "build"), "release", "pgo"], stdout=sys.stderr).returncode
+    if code:
+        raise Failure(f"bin/build ended with {code}")
+
+
+def _output_folder(out):
+    try:
+        os.makedirs(out, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"--out {error.filename}: {error.strerror.lower()}; expected a folder to write in") from None
+    return os.path.abspath(out)
+
+
+def _write(path, text):
+    with open(path, "w", encoding="utf-8") as file:
+        file.write(text)
+
+
+def _commit():
+    def git(*words):
+        done = subprocess.run(["git", "-C", places.ROOT, *words], capture_output=True, text=True)
+        return done.stdout.strip() if done.returncode == 0 else ""
+    commit = git("rev-parse", "--short", "HEAD")
+    return commit + "+changes" if commit and git("status", "--porcelain", "-uno") else commit
+
+
+def _machine():
+    model = platform.machine()
+    with open("/proc/cpuinfo", encoding="utf-8") as file:
+        model = next((line.split(":", 1)[1].strip() for line in file if line.startswith("model name")), model)
+    return f"{len(os.sched_getaffinity(0))} x {model}"
+
+
+def _origin(options, facts, seconds):
+    what = f"bin/experiments {options.name}{' --quick' if options.quick else ''}{''.join(f' --graph {name}' for name in options.graph)}"
+    return (f"\nMeasured by `{what}` at commit {facts['commit'] or 'unknown'} on {facts['machine']}: {len(facts['rows'])} rows in "
+            f"{seconds:.0f} s.\n")

@@ -1,0 +1,130 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""bin/experiments, on a graph made up here: its rows, its report, what it refuses."""
+
+import json
+import os
+import signal
+import subprocess
+import unittest
+
+from support import BIN, Folder, run_tool, wait_until
+
+from covey_tools.experiments import robustness, tables
+
+EXPERIMENTS = os.path.join(BIN, "experiments")
+
+
+def circuit(laps=4, side=8):
+    """Laps around a square, in g2o: odometry a little too long, and a loop from each pose to the same place a lap before."""
+    lines, per_lap = [], 4 * side
+    information = "400 0 0 400 0 10000"
+    for k in range(laps * per_lap - 1):
+        turn = 1.5707963267948966 if k % side == side - 1 else 0.0
+        lines.append(f"EDGE_SE2 {k} {k + 1} {1.01 + 0.01 * (k % 3 - 1)} 0 {turn + 0.002} {information}")
+        if k >= per_lap:
+            lines.append(f"EDGE_SE2 {k - per_lap} {k} {0.01 * (k % 2)} 0 0 {information}")
+    return "\n".join(lines) + "\n"
+
+
+class Experiments(Folder, unittest.TestCase):
+    def path(self, *names):
+        return os.path.join(self.folder, *names)
+
+    def write(self, name, text):
+        os.makedirs(os.path.dirname(self.path(name)), exist_ok=True)
+        with open(self.path(name), "w", encoding="utf-8") as file:
+            file.write(text)
+
+    def command(self, *arguments):
+        return [EXPERIMENTS, "robustness", "--quick", "--no-build", "--graph", "intel", "--data", self.path("data"),
+                "--out", self.path("out"), *arguments]
+
+    def test_rows_report_and_pictures(self):
+        self.write("data/pose_graphs/intel.g2o", circuit())
+        done = run_tool(*self.command("--seed", "5"))
+        self.assertEqual((done.returncode, done.stderr.count("not measured")), (0, 0), done.stderr)
+        self.assertEqual(done.stdout.strip(), self.path("out", "robustness.md"))
+        facts = json.loads(self.read("out/robustness.json"))
+        self.assertEqual((facts["seed"], set(facts)), (5, {"rows", "commit", "seed", "machine"}))
+        # Two shares of outliers and three seeds; l2 once, the others at two thresholds, with one robot and with three.
+        self.assertEqual(len(facts["rows"]), 2 * 3 * (2 + 2 * (3 + 7)))
+        for row in facts["rows"]:
+            self.assertTrue({"graph", "robots", "outliers", "seed", "probability", "barc2", "solver", "ate_m", "precision", "recall",
+                             "cost", "seconds", "bytes_sent"} <= set(row))
+            self.assertTrue(all(isinstance(value, (str, int, float, type(None))) for value in row.values()))
+            self.assertGreaterEqual(row["ate_m"], 0.0)
+            self.assertEqual(row["bytes_sent"] is not None, "dgnc" in row["solver"])
+        gnc = tables.select(facts["rows"], solver="gnc", robots=3, outliers=0.1, probability=0.99)
+        self.assertEqual([row["seed"] for row in gnc], [5, 6, 7])
+        report = self.read("out/robustness.md")
+        for text in ("## Claims", "dgnc's ATE is at most 1.05 x central gnc's", "| 70 % | 99 % |", "KITTI cut in three"):
+            self.assertIn(text, report)
+        for picture in ("robustness_intel_1.png", "robustness_intel_3.png"):
+            self.assertIn(f"({picture})", report)
+            with open(self.path("out", picture), "rb") as file:
+                self.assertEqual(file.read(8), b"\x89PNG\r\n\x1a\n")
+
+    def test_what_cannot_be_measured_is_said(self):
+        self.write("data/pose_graphs/intel.g2o", circuit() + "EDGE_SE2 0 one\n")
+        done = run_tool(*self.command())
+        self.assertEqual((done.returncode, done.stdout), (1, ""))
+        self.assertRegex(done.stderr, r"nothing could be measured: graph intel .*intel.g2o:\d+: EDGE_SE2 has 3 fields")
+        self.assertEqual(json.loads(self.read("out/robustness.json"))["rows"], [])
+        self.write("data/pose_graphs/intel.g2o", circuit())
+        done = run_tool(*self.command("--graph", "kitti_06_0.00"))
+        self.assertEqual(done.returncode, 1)
+        self.assertIn("kitti_06_alpha_0.00.g2o.gz is not there", done.stderr)
+        self.assertIn("kitti_06_alpha_0.00.g2o.gz is not there", self.read("out/robustness.md"))
+
+    def test_interrupted(self):
+        self.write("data/pose_graphs/intel.g2o", circuit())
+        process = subprocess.Popen(self.command(), stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+        self.assertTrue(wait_until(lambda: os.path.isdir(self.path("out"))))
+        process.send_signal(signal.SIGINT)
+        out, complaint = process.communicate(timeout=20)
+        self.assertEqual((process.returncode, out), (1, ""), complaint)
+        self.assertNotIn("Traceback", complaint)
+        self.assertEqual(os.listdir(self.path("out")), [])
+
+    def test_usage(self):
+        self.write("data/pose_graphs/intel.g2o", circuit())
+        for arguments, sentence in ((["nonsense"], "invalid choice: 'nonsense'"), (["robustness", "--data", self.path("none")], "no such folder"),
+                                    (["robustness", "--no-build", "--data", self.path("data"), "--out", self.path("out"), "--graph", "moon"],
+                                     "--graph moon: no run is on"),
+                                    ([], "NAME")):
+            done = run_tool(EXPERIMENTS, *arguments)
+            self.assertEqual((done.returncode, done.stdout), (2, ""), arguments)
+            self.assertIn(sentence, done.stderr)
+        text = run_tool(EXPERIMENTS, "--help").stdout
+        self.assertIn("robustness", text)
+        self.assertIn("graphs", text)
+
+
+class Claims(Folder, unittest.TestCase):
+    def row(self, solver, **values):
+        return {"graph": "intel", "robots": 3, "outliers": 0.7, "seed": 1, "probability": None if solver == "l2" else 0.99, "barc2": None,
+                "solver": solver, "ate_m": 0.01, "precision": 1.0, "recall": 1.0, "cost": 1.0, "seconds": 1.0, **values}
+
+    def verdict(self, claim, **of_dgnc):
+        solvers = ("l2", "pcm", "gnc", "pcm+gnc", "gnc-naive", "pcm+dgnc", "dgnc-naive")
+        rows = [self.row(solver) for solver in solvers] + [self.row("dgnc", **of_dgnc)]
+        return next(line for line in robustness.report(rows, [], self.folder).splitlines() if claim in line)
+
+    def test_claims_are_computed_from_the_rows(self):
+        self.assertIn("**holds**", self.verdict("1.05 x central gnc", ate_m=0.0114))
+        self.assertIn("**DOES NOT HOLD**", self.verdict("1.05 x central gnc", ate_m=0.0116))
+        self.assertIn("**holds**", self.verdict("at most 0.10 m", ate_m=0.1))
+        self.assertIn("**DOES NOT HOLD**", self.verdict("at most 0.10 m", ate_m=0.11))
+        self.assertIn("**DOES NOT HOLD**", self.verdict("recall is at least 0.99", recall=0.98))
+        self.assertIn("**DOES NOT HOLD**", self.verdict("precision within 0.01", precision=0.98))
+        self.assertIn("**DOES NOT HOLD**", self.verdict("from the naive start most runs fail"))
+        self.assertIn("**not measured**", self.verdict("KITTI cut in three"))
+
+    def test_medians(self):
+        rows = [self.row("gnc", ate_m=value) for value in (3.0, 1.0, None, 2.0)]
+        self.assertEqual(tables.median(rows, "ate_m"), 2.0)
+        self.assertEqual(tables.select(rows, ate_m=(1.0, 2.0)), [rows[1], rows[3]])
+
+
+if __name__ == "__main__":
+    unittest.main()
