@@ -10,14 +10,14 @@
 #include <utility>
 
 #include "core/base/error.h"
-#include "core/graph/elimination.h"
+#include "core/graph/key.h"
+#include "core/graph/partial_cholesky.h"
 #include "core/pgo/cost.h"
 #include "core/pgo/vertex_cover.h"
 
 namespace covey::pgo {
 namespace {
 
-using Sparse = Eigen::SparseMatrix<double>;
 using Block = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, 4, 4>;
 
 constexpr std::int64_t kBytesPerNumber = 8;
@@ -152,42 +152,6 @@ class Team {
   std::vector<Member> members_;
 };
 
-// The lower triangle of a symmetric matrix of size x size blocks.
-class BlockMatrix {
- public:
-  explicit BlockMatrix(int size) : size_(size) {}
-
-  // Of the block (row, column) or, transposed, its mirror image.
-  void add(int row, int column, const Block& value) {
-    for (int r = 0; r < size_; ++r) {
-      for (int c = 0; c < size_; ++c) {
-        const int i = size_ * row + r;
-        const int j = size_ * column + c;
-        if (row == column ? i >= j : true)
-          triplets_.emplace_back(std::max(i, j), std::min(i, j), value(r, c));
-      }
-    }
-  }
-
-  // Takes a null vector away that has this block's last unknown in it, by an entry as large as any.
-  void hold(int place) { held_.push_back(size_ * (place + 1) - 1); }
-
-  Sparse assemble(int blocks) const {
-    Sparse result(static_cast<Eigen::Index>(size_) * blocks, static_cast<Eigen::Index>(size_) * blocks);
-    result.setFromTriplets(triplets_.begin(), triplets_.end());
-    double largest = 1.0;
-    for (Eigen::Index k = 0; k < result.nonZeros(); ++k)
-      largest = std::max(largest, std::abs(result.valuePtr()[k]));
-    for (const int k : held_) result.coeffRef(k, k) += largest;
-    return result;
-  }
-
- private:
-  int size_;
-  std::vector<Eigen::Triplet<double>> triplets_;
-  std::vector<int> held_;
-};
-
 // The three blocks of an edge in a matrix over the poses, size x size each.
 struct EdgeBlocks {
   Block from_from;
@@ -213,6 +177,27 @@ EdgeBlocks laplacian_blocks(const Edge& edge, int) {
   return {tau, -tau, tau};
 }
 
+// A sum of dense blocks on some poses each, by places in a list of poses.
+struct BlockSum {
+  int size = 1;  // rows of a pose
+  std::vector<std::vector<int>> cliques;
+  std::vector<Eigen::MatrixXd> blocks;
+
+  void add(const std::vector<int>& clique, Eigen::MatrixXd block) {
+    cliques.push_back(clique);
+    blocks.push_back(std::move(block));
+  }
+
+  // Takes a null vector away that has the pose's last row in it, by an entry as large as any.
+  void hold(int place) {
+    double largest = 1.0;
+    for (const Eigen::MatrixXd& block : blocks) largest = std::max(largest, block.cwiseAbs().maxCoeff());
+    Eigen::MatrixXd block = Eigen::MatrixXd::Zero(size, size);
+    block(size - 1, size - 1) = largest;
+    add({place}, std::move(block));
+  }
+};
+
 // A symmetric positive semidefinite matrix with a block for each pose, of which each robot has the blocks of its own edges.
 class TeamMatrix {
  public:
@@ -221,7 +206,10 @@ class TeamMatrix {
   TeamMatrix(const Team& team, int size, BlocksOf blocks_of, const std::vector<Block>& less = {})
       : team_(team), size_(size) {
     for (const Member& member : team.members()) {
-      shares_.emplace_back(size * member.interior, share_of(member, blocks_of, less));
+      shares_.push_back(share_of(member, blocks_of, less));
+      std::vector<bool> kept(member.poses.size(), true);
+      std::fill_n(kept.begin(), member.interior, false);
+      factors_.emplace_back(std::vector<int>(kept.size(), size), shares_.back().cliques, kept);
       if (!is_first(member)) bytes_ += 2 * kBytesPerName * member.boundary();  // the pose's and its part's
     }
   }
@@ -230,56 +218,47 @@ class TeamMatrix {
   // whether its interior is, and sends its complement when all are.
   bool factorise(const Eigen::VectorXd& shift) {
     bool definite = true;
-    for (std::size_t m = 0; m < shares_.size(); ++m) {
+    for (std::size_t m = 0; m < factors_.size(); ++m) {
       const Member& member = team_.members()[m];
-      definite = shares_[m].factorise(shifts(member, shift)) && definite;
+      definite = factors_[m].factorise(shares_[m].blocks, shifts(member, shift)) && definite;
       if (!is_first(member)) ++bytes_;
     }
     if (!definite) return false;
-    BlockMatrix sum(size_);
-    for (std::size_t m = 0; m < shares_.size(); ++m)
-      add_complement(team_.members()[m], shares_[m].complement(), sum);
+    BlockSum sum{size_, {}, {}};
+    for (std::size_t m = 0; m < factors_.size(); ++m)
+      add_complement(team_.members()[m], factors_[m].schur(), sum);
     const std::vector<int>& separator = team_.separator();
     for (const int pose : team_.held_poses(separator, {})) sum.hold(place_in_separator(pose));
-    const int blocks = static_cast<int>(separator.size());
-    sum_.emplace(size_ * blocks, sum.assemble(blocks));
-    return sum_->factorise(Eigen::VectorXd::Zero(size_ * blocks));
+    const std::vector<int> sizes(separator.size(), size_);
+    sum_.emplace(sizes, sum.cliques, std::vector<bool>(separator.size(), false));
+    return sum_->factorise(sum.blocks, Eigen::VectorXd::Zero(sum_->size()));
   }
 
-  // After factorise(): the solution for right-hand sides with size_ rows for each pose, by flat index.
-  Eigen::MatrixXd solve(const Eigen::MatrixXd& B) {
-    const auto columns = B.cols();
-    const auto separator = static_cast<Eigen::Index>(team_.separator().size());
-    Eigen::MatrixXd of_separator = Eigen::MatrixXd::Zero(size_ * separator, columns);
-    for (std::size_t m = 0; m < shares_.size(); ++m) {
+  // After factorise(): the solution for a right-hand side with size_ rows for each pose, by flat index.
+  Eigen::VectorXd solve(const Eigen::VectorXd& b) {
+    Eigen::VectorXd of_separator = Eigen::VectorXd::Zero(sum_->size());
+    std::vector<Eigen::VectorXd> forward;
+    for (std::size_t m = 0; m < factors_.size(); ++m) {
       const Member& member = team_.members()[m];
-      const Eigen::MatrixXd reduced = shares_[m].coupling() * shares_[m].solve(rows_of_interior(member, B));
-      for (int k = 0; k < member.boundary(); ++k) {
-        const int pose = member.poses[member.interior + k];
-        auto out = of_separator.middleRows(size_ * place_in_separator(pose), size_);
-        out -= reduced.middleRows(size_ * k, size_);
-        if (team_.owns(member, pose)) out += B.middleRows(size_ * pose, size_);
-      }
-      if (!is_first(member)) bytes_ += kBytesPerNumber * size_ * member.boundary() * columns;
-    }
-    of_separator = sum_->solve(of_separator);
-    bytes_ += kBytesPerNumber * of_separator.size();
-    Eigen::MatrixXd X(B.rows(), columns);
-    for (std::size_t k = 0; k < team_.separator().size(); ++k)
-      X.middleRows(size_ * team_.separator()[k], size_) =
-          of_separator.middleRows(size_ * static_cast<Eigen::Index>(k), size_);
-    for (std::size_t m = 0; m < shares_.size(); ++m) {
-      const Member& member = team_.members()[m];
-      Eigen::MatrixXd boundary(size_ * member.boundary(), columns);
+      forward.push_back(factors_[m].forward(own_rows(member, b)));
       for (int k = 0; k < member.boundary(); ++k)
-        boundary.middleRows(size_ * k, size_) =
-            X.middleRows(size_ * member.poses[member.interior + k], size_);
-      const Eigen::MatrixXd interior =
-          shares_[m].solve(rows_of_interior(member, B) - shares_[m].coupling().transpose() * boundary);
-      for (int k = 0; k < member.interior; ++k)
-        X.middleRows(size_ * member.poses[k], size_) = interior.middleRows(size_ * k, size_);
+        of_separator.segment(size_ * place_in_separator(boundary_pose(member, k)), size_) +=
+            forward[m].segment(size_ * (member.interior + k), size_);
+      if (!is_first(member)) bytes_ += kBytesPerNumber * size_ * member.boundary();
     }
-    return X;
+    of_separator = sum_->backward(sum_->forward(of_separator));
+    bytes_ += kBytesPerNumber * of_separator.size();
+    Eigen::VectorXd x(b.size());
+    for (std::size_t m = 0; m < factors_.size(); ++m) {
+      const Member& member = team_.members()[m];
+      for (int k = 0; k < member.boundary(); ++k)
+        forward[m].segment(size_ * (member.interior + k), size_) =
+            of_separator.segment(size_ * place_in_separator(boundary_pose(member, k)), size_);
+      const Eigen::VectorXd mine = factors_[m].backward(std::move(forward[m]));
+      for (const auto& [pose, place] : member.place)
+        x.segment(size_ * pose, size_) = mine.segment(size_ * place, size_);
+    }
+    return x;
   }
 
   std::int64_t bytes() const { return bytes_; }
@@ -287,6 +266,7 @@ class TeamMatrix {
  private:
   // Who gathers the complements, and sends nothing of its own.
   bool is_first(const Member& member) const { return &member == &team_.members().front(); }
+  static int boundary_pose(const Member& member, int k) { return member.poses[member.interior + k]; }
 
   int place_in_separator(int pose) const {
     const std::vector<int>& separator = team_.separator();
@@ -294,61 +274,67 @@ class TeamMatrix {
   }
 
   template <typename BlocksOf>
-  Sparse share_of(const Member& member, BlocksOf blocks_of, const std::vector<Block>& less) const {
-    BlockMatrix matrix(size_);
+  BlockSum share_of(const Member& member, BlocksOf blocks_of, const std::vector<Block>& less) const {
+    BlockSum share{size_, {}, {}};
     for (const Edge* edge : member.edges) {
       const EdgeBlocks blocks = blocks_of(*edge, team_.graph().dimension);
       const int from = team_.flat(edge->from);
       const int to = team_.flat(edge->to);
-      if (team_.owns(member, from))
-        matrix.add(member.place.at(from), member.place.at(from), blocks.from_from);
-      if (team_.owns(member, to)) matrix.add(member.place.at(to), member.place.at(to), blocks.to_to);
-      if (team_.couples(member, *edge))
-        matrix.add(member.place.at(from), member.place.at(to), blocks.from_to);
+      if (team_.owns(member, from)) share.add({member.place.at(from)}, blocks.from_from);
+      if (team_.owns(member, to)) share.add({member.place.at(to)}, blocks.to_to);
+      if (!team_.couples(member, *edge)) continue;
+      Eigen::MatrixXd coupling = Eigen::MatrixXd::Zero(2 * size_, 2 * size_);
+      coupling.bottomLeftCorner(size_, size_) = blocks.from_to.transpose();
+      coupling.topRightCorner(size_, size_) = blocks.from_to;
+      share.add({member.place.at(from), member.place.at(to)}, std::move(coupling));
     }
     for (const auto& [pose, place] : member.place) {
-      if (!less.empty() && team_.owns(member, pose)) matrix.add(place, place, -less[pose]);
+      if (!less.empty() && team_.owns(member, pose)) share.add({place}, -less[pose]);
     }
     const std::vector<int> interior(member.poses.begin(), member.poses.begin() + member.interior);
     const std::vector<int> boundary(member.poses.begin() + member.interior, member.poses.end());
-    for (const int pose : team_.held_poses(interior, boundary)) matrix.hold(member.place.at(pose));
-    return matrix.assemble(static_cast<int>(member.poses.size()));
+    for (const int pose : team_.held_poses(interior, boundary)) share.hold(member.place.at(pose));
+    return share;
   }
 
   Eigen::VectorXd shifts(const Member& member, const Eigen::VectorXd& shift) const {
-    Eigen::VectorXd D = Eigen::VectorXd::Zero(size_ * static_cast<Eigen::Index>(member.poses.size()));
+    return own_rows(member, shift.replicate(team_.graph().poses(), 1));
+  }
+
+  // Of a vector with size_ rows for each pose by flat index; zero for other robots' poses.
+  Eigen::VectorXd own_rows(const Member& member, const Eigen::VectorXd& all) const {
+    Eigen::VectorXd rows = Eigen::VectorXd::Zero(size_ * static_cast<Eigen::Index>(member.poses.size()));
     for (const auto& [pose, place] : member.place) {
-      if (team_.owns(member, pose)) D.segment(size_ * place, size_) = shift;
+      if (team_.owns(member, pose)) rows.segment(size_ * place, size_) = all.segment(size_ * pose, size_);
     }
-    return D;
+    return rows;
   }
 
   // Blocks between poses that nothing eliminated joins are zero, and are not sent.
-  void add_complement(const Member& member, const Eigen::MatrixXd& complement, BlockMatrix& sum) {
-    const bool sent = !is_first(member);
+  void add_complement(const Member& member, const Eigen::MatrixXd& complement, BlockSum& sum) {
     for (int p = 0; p < member.boundary(); ++p) {
       for (int q = 0; q <= p; ++q) {
         const Block block = complement.block(size_ * p, size_ * q, size_, size_);
         if (block.isZero(0.0)) continue;
-        sum.add(place_in_separator(member.poses[member.interior + p]),
-                place_in_separator(member.poses[member.interior + q]), block);
-        if (!sent) continue;
+        const int place = place_in_separator(boundary_pose(member, p));
+        if (p == q) {
+          sum.add({place}, block);
+        } else {
+          Eigen::MatrixXd coupling = Eigen::MatrixXd::Zero(2 * size_, 2 * size_);
+          coupling.bottomLeftCorner(size_, size_) = block;
+          sum.add({place_in_separator(boundary_pose(member, q)), place}, std::move(coupling));
+        }
+        if (is_first(member)) continue;
         bytes_ += 2 * kBytesPerPlace + kBytesPerNumber * (p == q ? size_ * (size_ + 1) / 2 : size_ * size_);
       }
     }
   }
 
-  Eigen::MatrixXd rows_of_interior(const Member& member, const Eigen::MatrixXd& B) const {
-    Eigen::MatrixXd rows(size_ * member.interior, B.cols());
-    for (int k = 0; k < member.interior; ++k)
-      rows.middleRows(size_ * k, size_) = B.middleRows(size_ * member.poses[k], size_);
-    return rows;
-  }
-
   const Team& team_;
   int size_;
-  std::vector<graph::Elimination> shares_;  // of each member
-  std::optional<graph::Elimination> sum_;   // of their complements
+  std::vector<BlockSum> shares_;                 // of each member
+  std::vector<graph::PartialCholesky> factors_;  // of each member's share
+  std::optional<graph::PartialCholesky> sum_;    // of their complements
   std::int64_t bytes_ = 0;
 };
 
@@ -387,10 +373,12 @@ Poses with_best_translations(const Team& team, Poses poses, std::int64_t& bytes)
   TeamMatrix laplacian(team, 1, laplacian_blocks);
   if (!laplacian.factorise(Eigen::VectorXd::Zero(1)))
     return poses;  // too near to singular: they stay as they are
-  const Eigen::MatrixXd step = laplacian.solve(descent);
+  for (int axis = 0; axis < d; ++axis) {
+    const Eigen::VectorXd step = laplacian.solve(descent.col(axis));
+    for (std::size_t k = 0; k < poses.size(); ++k)
+      poses[k].translation[axis] += step[static_cast<Eigen::Index>(k)];
+  }
   bytes += laplacian.bytes();
-  for (std::size_t k = 0; k < poses.size(); ++k)
-    poses[k].translation.head(d) += step.row(static_cast<Eigen::Index>(k)).transpose();
   return poses;
 }
 
@@ -423,17 +411,19 @@ class ShiftSearch {
     std::normal_distribution<double> normal;
     x_ = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(d_ + 1) * team.graph().poses());
     for (double& value : x_) value = normal(random);
-    clear_translations(x_);
   }
 
   // In [low, high] to a relative accuracy; `high` is enough without a trial.
   double find(double low, double high, double accuracy) {
     if (high <= low || is_enough(low)) return low;
-    for (double eta = std::sqrt(low * high); high > (1.0 + accuracy) * low;) {
+    double eta = std::sqrt(low * high);
+    while (high > (1.0 + accuracy) * low) {
       if (is_enough(eta)) {
         high = eta;
-        low = std::max(low, needed(eta, 0.1 * accuracy));
-        eta = low * (1.0 + accuracy);
+        if (high <= (1.0 + accuracy) * low) break;
+        const Needed needed = lanczos(eta, 0.25 * accuracy);
+        low = std::max(low, needed.eta);
+        eta = needed.sharp ? low * (1.0 + accuracy) : std::sqrt(low * high);
       } else {
         low = eta;
         eta = std::sqrt(low * high);
@@ -446,7 +436,11 @@ class ShiftSearch {
   std::int64_t bytes() const { return bytes_; }
 
  private:
-  static constexpr int kMaxIterations = 20;
+  static constexpr int kMaxIterations = 30;
+  struct Needed {
+    double eta = 0.0;
+    bool sharp = false;  // some eigenvalue is that near, most likely the lowest
+  };
 
   bool is_enough(double eta) {
     ++trials_;
@@ -455,31 +449,41 @@ class ShiftSearch {
     return S_.factorise(shift);
   }
 
-  // By inverse iteration, x <- (S + eta D)^-1 D x with D the identity on the rotations: -x^T S x / x^T D x.
-  double needed(double eta, double accuracy) {
-    double found = 0.0;
-    for (int k = 0; k < kMaxIterations; ++k) {
-      const Eigen::VectorXd before = x_;
-      x_ = S_.solve(x_);
-      clear_translations(x_);  // D x is all that is asked of it from here on
-      const double before_found = found;
-      found = eta - x_.dot(before) / x_.squaredNorm();
-      x_.normalize();
-      bytes_ +=
-          2 * kBytesPerNumber * (static_cast<std::int64_t>(team_.members().size()) - 1);  // for the two sums
-      if (k > 0 && std::abs(found - before_found) < accuracy * found) break;
+  // With D the identity on the rotations and x of unit length there, x^T (S + eta D)^-1 x >= 1 / (eta - needed). Lanczos' method finds
+  // the x with the largest left-hand side (full orthogonalisation; Golub, van Loan, "Matrix Computations", section 10.3).
+  Needed lanczos(double eta, double accuracy) {
+    Eigen::MatrixXd V(x_.size(), kMaxIterations);
+    Eigen::MatrixXd T = Eigen::MatrixXd::Zero(kMaxIterations, kMaxIterations);
+    Eigen::VectorXd next = rotations_of(x_);
+    Needed needed;
+    for (int k = 0; k < kMaxIterations && next.norm() > 0.0 && !needed.sharp; ++k) {
+      V.col(k) = next.normalized();
+      const auto basis = V.leftCols(k + 1);
+      next = rotations_of(S_.solve(V.col(k)));
+      T.col(k).head(k + 1) = basis.transpose() * next;
+      T.row(k).head(k + 1) = T.col(k).head(k + 1).transpose();
+      for (int twice = 0; twice < 2; ++twice) next -= basis * (basis.transpose() * next);
+      const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(T.topLeftCorner(k + 1, k + 1));
+      const double largest = eigen.eigenvalues()[k];
+      const auto vector = eigen.eigenvectors().col(k);
+      needed.eta = eta - 1.0 / largest;
+      needed.sharp = next.norm() * std::abs(vector[k]) < accuracy * needed.eta * largest * largest;
+      x_ = basis * vector;
+      // For the inner products, to which each robot has its part.
+      bytes_ += kBytesPerNumber * 2 * (k + 2) * (static_cast<std::int64_t>(team_.members().size()) - 1);
     }
-    return found;
+    return needed;
   }
 
-  void clear_translations(Eigen::VectorXd& x) const {
+  Eigen::VectorXd rotations_of(Eigen::VectorXd x) const {
     for (Eigen::Index k = d_; k < x.size(); k += d_ + 1) x[k] = 0.0;
+    return x;
   }
 
   const Team& team_;
   TeamMatrix& S_;
   int d_;
-  Eigen::VectorXd x_;  // D x
+  Eigen::VectorXd x_;  // where Lanczos' method begins
   int trials_ = 0;
   std::int64_t bytes_ = 0;
 };

@@ -15,8 +15,8 @@
 // Lambda is taken (`cost` is still that of the candidate, the gap is to it).
 //
 // What is proven. eta is found between `resolution` and the largest eigenvalue of any Lambda_i, which always suffices, by trials: a
-// sparse Cholesky factorisation that goes through proves that an eta is enough, one that breaks down that it is not, and inverse
-// iteration with one that went through gives vectors whose curvature proves from below what is needed. So the value is at most
+// sparse Cholesky factorisation that goes through proves that an eta is enough, one that breaks down that it is not, and Lanczos'
+// method with one that went through gives vectors whose curvature proves from below what is needed. So the value is at most
 // 1 + accuracy above the smallest eta, and the bound holds up to the rounding of one factorisation (about 1e-16 of the diagonal times
 // the fill of a row). The gauge needs no slack: moving all poses of a connected part by one translation is an exact null vector, so one
 // translation of the part is held, which leaves definiteness as it was. The d null vectors of S at an optimum are made eta by the shift
