@@ -13,6 +13,7 @@ Solution solve_elected(const pgo::PoseGraph& graph, const SolverOptions& options
   Solution solution;
   solution.poses = std::move(result.team.poses);
   solution.iterations = result.iterations;
+  solution.weights = std::move(result.team.weights);
   solution.team = Solution::Team{0, 1, 0, 0.0};
   for (const auto& [type, bytes] : result.team.bytes) solution.team->bytes_sent += bytes;
   return solution;
