@@ -35,7 +35,7 @@ struct GncOptions {
       false;  // true: solve with all weights 1 first. Better left out when the start is good
   int max_rounds = 100;
   double relative_cost_tolerance = 1e-5;
-  SolveOptions annealing{.max_iterations = 3, .relative_cost_tolerance = 1e-4};  // the solves while mu grows
+  SolveOptions annealing{.max_iterations = 3, .relative_cost_tolerance = 1e-2};  // the solves while mu grows
   SolveOptions last;                                                             // the hard rounds
 };
 

@@ -10,6 +10,10 @@
 namespace covey::pgo {
 namespace {
 
+// As good as no damping: from a chordal start Gauss-Newton's steps are good ones, and the soft directions of long chains are
+// slowed by the least of it. A start far away only costs the few steps that are refused until there is enough.
+constexpr double kTrustRadius = 1e12;
+
 graph::Key pose_key(int flat) { return {'x', static_cast<std::uint64_t>(flat)}; }
 
 // The factor graph with one factor per edge, in the same order, so that a factor's id is the edge's index; and the start.
@@ -43,9 +47,10 @@ struct Problem {
 CentralResult solve_least_squares(const PoseGraph& graph, const Poses& start,
                                   const LeastSquaresOptions& options) {
   Problem problem(graph, start);
-  const graph::SolveResult solved = graph::solve(
-      problem.factors, problem.values,
-      {.max_iterations = options.max_iterations, .relative_cost_tolerance = options.relative_cost_tolerance});
+  const graph::SolveResult solved = graph::solve(problem.factors, problem.values,
+                                                 {.max_iterations = options.max_iterations,
+                                                  .relative_cost_tolerance = options.relative_cost_tolerance,
+                                                  .initial_trust_radius = kTrustRadius});
   CentralResult result{
       problem.poses(),  0.0,           std::vector<double>(graph.edges.size(), 1.0), solved.iterations,
       solved.converged, solved.message};
