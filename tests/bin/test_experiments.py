@@ -9,7 +9,7 @@ import unittest
 
 from support import BIN, Folder, run_tool, wait_until
 
-from covey_tools.experiments import robustness, tables
+from covey_tools.experiments import graphs, robustness, tables
 
 EXPERIMENTS = os.path.join(BIN, "experiments")
 
@@ -124,6 +124,39 @@ class Claims(Folder, unittest.TestCase):
         rows = [self.row("gnc", ate_m=value) for value in (3.0, 1.0, None, 2.0)]
         self.assertEqual(tables.median(rows, "ate_m"), 2.0)
         self.assertEqual(tables.select(rows, ate_m=(1.0, 2.0)), [rows[1], rows[3]])
+
+
+class Graphs(Folder, unittest.TestCase):
+    path, write = Experiments.path, Experiments.write
+
+    def test_published_graphs(self):
+        self.write("data/pose_graphs/intel.g2o", circuit())
+        done = run_tool(EXPERIMENTS, "graphs", "--quick", "--no-build", "--graph", "intel", "--data", self.path("data"), "--out",
+                        self.path("out"))
+        self.assertEqual((done.returncode, done.stdout.strip()), (0, self.path("out", "graphs.md")), done.stderr)
+        rows = json.loads(self.read("out/graphs.json"))["rows"]
+        self.assertEqual([(row["solver"], row["robots"]) for row in rows],
+                         [("l2", 1), ("rbcd", 5), ("schur", 5), ("gnc", 3), ("dgnc", 3), ("elected", 3)])
+        for row in rows:
+            self.assertEqual(row["graph"], "intel")
+            self.assertGreater(row["certified_gap"], 0.0)
+            self.assertEqual(row["bytes_sent"] is not None, row["robots"] > 1 and row["solver"] != "gnc")
+        self.assertLess(rows[0]["certified_gap"], 1e-6)
+        self.assertLess(abs(rows[5]["gap"]), 1e-3)  # to gnc's cost
+        self.assertIn("(graphs.png)", self.read("out/graphs.md"))
+        self.assertTrue(os.path.exists(self.path("out", "graphs.png")))
+
+    def test_claims_need_all_that_they_name(self):
+        def row(graph, gap):
+            return {"graph": graph, "solver": "l2", "robots": 1, "gap": gap, "seconds": 1.0, "certified_gap": 1e-8}
+
+        def held(rows):
+            return graphs.shows(rows)[0][2]
+
+        self.assertIsNone(held([]))
+        self.assertIsNone(held([row("intel", 1e-9)]))
+        self.assertIs(held([row(graph, 1e-9) for graph in graphs.OPTIMA]), True)
+        self.assertIs(held([row("intel", -1e-5)]), False)
 
 
 if __name__ == "__main__":
