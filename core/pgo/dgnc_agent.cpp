@@ -21,7 +21,7 @@ int sender_of(const AgentMessage& message) {
 }
 
 DgncAgent::DgncAgent(int robot, Utime start_utime, const AgentOptions& options)
-    : robot_(robot), start_utime_(start_utime), options_(options), graph_(robot) {}
+    : robot_(robot), start_utime_(start_utime), options_(options), graph_(robot, options.dgnc.noise) {}
 
 const char* DgncAgent::add(const Keyframe& keyframe) {
   snapshot_.reset();

@@ -4,12 +4,24 @@
 #include <cstdint>
 
 #include "core/pgo/block_solver.h"
+#include "core/pgo/edge_noise.h"
 #include "core/pgo/frame_alignment.h"
 #include "core/pgo/hash.h"
 
 namespace covey::pgo {
 
+enum class RoundSolver {
+  kDgnc,     // all of the part, together (round_updates.h)
+  kElected,  // the lowest robot, for all (elected_exchange.h)
+};
+
 struct DgncOptions {
+  RoundSolver solver = RoundSolver::kDgnc;
+  // Of edges with covariances. full_covariances: `elected` decides and solves with all of them, not with kappa and tau.
+  NoiseOptions noise{};
+  bool full_covariances = false;
+  int dimension = 3;  // 2: the poses are in the plane; `elected` takes advantage of it
+
   int rank = 5;  // of the lifted poses
 
   // Truncation of a loop's squared residual; the 0.99 quantile of chi-square with 6 degrees of freedom.
@@ -36,9 +48,18 @@ struct DgncOptions {
 // these the others take as it comes.
 inline std::uint64_t common_hash(const DgncOptions& options) {
   Hash hash;
+  const NoiseOptions& noise = options.noise;
+  for (const double value : {noise.floor_translation_sigma, noise.floor_rotation_sigma,
+                             noise.isotropic_translation_sigma, noise.isotropic_rotation_sigma}) {
+    hash.add(value);
+  }
   for (const double value :
        {options.barc2, options.mu_step, options.mu_max, options.tolerance, options.final_tolerance}) {
     hash.add(value);
+  }
+  for (const int value : {static_cast<int>(options.solver), int{noise.isotropic},
+                          int{options.full_covariances}, options.dimension}) {
+    hash.add(static_cast<std::uint64_t>(value));
   }
   for (const int value : {options.rank, options.updates, options.final_updates, options.final_stages,
                           options.max_updates, int{options.robust}, int{options.momentum}}) {

@@ -5,21 +5,39 @@
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/pgo/elected_exchange.h"
 #include "core/pgo/round_mail.h"
 #include "core/pgo/round_opening.h"
 #include "core/pgo/round_updates.h"
 
 namespace covey::pgo {
+namespace {
+
+OpeningOptions opening_options(const DgncOptions& options) {
+  return {common_hash(options), options.alignment, options.solver == RoundSolver::kDgnc};
+}
+
+ElectedOptions elected_options(const DgncOptions& options) {
+  ElectedOptions elected;
+  elected.packing = {options.dimension, options.full_covariances};
+  elected.barc2 = options.barc2;
+  elected.noise = options.noise;
+  elected.alignment = options.alignment;
+  return elected;
+}
+
+}  // namespace
 
 struct DgncRound::State {
   State(const RoundName& name, std::vector<int> members, GraphSnapshot graph,
         std::vector<SegmentStart> starts, double mu, const DgncOptions& options_in)
       : options(options_in),
         mail(name, graph.robot, std::move(members)),
-        opening(mail, std::move(graph), std::move(starts), mu, {common_hash(options), options.alignment}) {}
+        opening(mail, std::move(graph), std::move(starts), mu, opening_options(options)) {}
 
   bool fits(int robot, const RoundMessage& message) const {
-    return updates ? updates->fits(robot, message) : opening.fits(robot, message);
+    if (updates) return updates->fits(robot, message);
+    return exchange ? exchange->fits(robot, message) : opening.fits(robot, message);
   }
 
   void advance() {
@@ -27,8 +45,18 @@ struct DgncRound::State {
       if (!updates->advance(mail)) finish();
       return;
     }
+    if (exchange) {
+      if (!exchange->advance(mail)) finish_exchange();
+      return;
+    }
     opening.advance(mail);
     if (!opening.done()) return;
+    if (options.solver == RoundSolver::kElected) {
+      COVEY_CHECK(options.robust);
+      exchange.emplace(opening.problem(), elected_options(options));
+      exchange->send_first(mail);
+      return;
+    }
     updates.emplace(opening.problem(), options);
     updates->send_first(mail);
   }
@@ -43,10 +71,17 @@ struct DgncRound::State {
     done = true;
   }
 
+  void finish_exchange() {
+    result = exchange->result();
+    result.bytes = mail.bytes();
+    done = true;
+  }
+
   DgncOptions options;
   RoundMail mail;
   RoundOpening opening;
   std::optional<RoundUpdates> updates;
+  std::optional<ElectedExchange> exchange;  // in their place
   bool done = false;
   RoundResult result;
 };

@@ -33,6 +33,8 @@
 // and no message is spent on it; the lower robot owns the loop where loops are counted. Poses travel as 16-bit
 // differences to what was sent before, so the rounding error of one update is part of the next difference and dies out.
 //
+// With options.solver = kElected the opening ends after joins and keys, and one robot solves for all (elected_exchange.h).
+//
 // Members without loops between them, or with different options, fall into parts, each with its own anchor (its lowest
 // robot) and frame W.
 //

@@ -23,6 +23,12 @@ struct Precision {
 };
 Precision precision_of(const Matrix6d& covariance);
 
+// A direction of gravity that a front end measured.
+struct Gravity {
+  Eigen::Vector3d down_K = Eigen::Vector3d::Zero();  // unit vector in the keyframe's frame
+  double sigma = 0.0;                                // rad; 0: not known
+};
+
 struct NoiseOptions {
   double floor_translation_sigma = 0.03;    // m
   double floor_rotation_sigma = 0.0052360;  // rad, 0.3 deg

@@ -9,9 +9,9 @@
 #include "core/base/error.h"
 #include "core/pgo/central.h"
 #include "core/pgo/cost.h"
+#include "core/pgo/measured_noise.h"
 #include "core/pgo/start.h"
 #include "core/pgo/start_frames.h"
-#include "core/pgo/team_split.h"
 
 namespace covey::pgo {
 namespace {
@@ -21,43 +21,60 @@ constexpr float kNoResidual = std::numeric_limits<float>::infinity();
 // All parts as one pose graph, in which each segment is a robot of its own.
 struct Whole {
   PoseGraph graph;
+  MeasuredNoise noise;  // with full covariances
   std::vector<StartFrame> segments;
   std::map<StartFrame, int> index;
   std::vector<int> edge_of_loop;  // part after part; -1: its ends are not there
 };
 
-void add_segments(const dpgo_graph_t& part, Whole& whole) {
+void add_segments(const dpgo_graph_t& part, const ElectedOptions& options, Whole& whole) {
+  int keyframes = 0;
   for (int s = 0; s < part.n_segments; ++s) {
     whole.index[{part.from, s}] = static_cast<int>(whole.segments.size());
     whole.segments.push_back({part.from, s});
     whole.graph.poses_per_robot.push_back(part.poses[s]);
+    for (int id = 0; options.packing.full_covariances && id < part.poses[s]; ++id) {
+      whole.noise.gravity.push_back(gravity_at(part, keyframes++));
+    }
   }
 }
 
+// Takes the measurements of a part one after the other.
 class EdgeReader {
  public:
-  // kappa_scale: from the precisions of the messages to those of a PoseGraph.
-  EdgeReader(const dpgo_graph_t& part, double kappa_scale) : part_(part), kappa_scale_(kappa_scale) {}
+  EdgeReader(const dpgo_graph_t& part, const ElectedOptions& options, Whole& whole)
+      : part_(part), options_(options), whole_(whole) {}
 
-  Edge next(PoseId from, PoseId to, EdgeKind kind, bool known_inlier) {
-    const Precision precision = precision_at(part_, k_);
-    const SE3 measurement = pose_from_floats(part_.values, k_++, part_.dimension);
-    return {from, to, measurement, kappa_scale_ * precision.kappa, precision.tau, kind, known_inlier};
+  // The index of the edge; -1 and nothing added where it is not wanted.
+  int next(PoseId from, PoseId to, EdgeKind kind, bool known_inlier, bool wanted) {
+    const int k = k_++;
+    if (!wanted) return -1;
+    Precision precision;
+    if (options_.packing.full_covariances) {
+      whole_.noise.covariances.push_back(covariance_at(part_, k));
+      precision = precision_of(deciding_covariance(whole_.noise.covariances.back(), options_.noise));
+    } else {
+      precision = precision_at(part_, k);
+    }
+    if (options_.packing.dimension == 2) precision.kappa *= 2.0;  // robust_form's half is taken back
+    whole_.graph.edges.push_back({from, to, pose_from_floats(part_.values, k, part_.dimension),
+                                  precision.kappa, precision.tau, kind, known_inlier});
+    return static_cast<int>(whole_.graph.edges.size()) - 1;
   }
 
  private:
   const dpgo_graph_t& part_;
-  double kappa_scale_;
+  const ElectedOptions& options_;
+  Whole& whole_;
   int k_ = 0;
 };
 
-void add_edges(const dpgo_graph_t& part, double kappa_scale, Whole& whole) {
-  EdgeReader reader(part, kappa_scale);
-  std::vector<Edge>& edges = whole.graph.edges;
+void add_edges(const dpgo_graph_t& part, const ElectedOptions& options, Whole& whole) {
+  EdgeReader reader(part, options, whole);
   for (int s = 0; s < part.n_segments; ++s) {
     const int robot = whole.index.at({part.from, s});
     for (int id = 1; id < part.poses[s]; ++id) {
-      edges.push_back(reader.next({robot, id - 1}, {robot, id}, EdgeKind::kOdometry, true));
+      reader.next({robot, id - 1}, {robot, id}, EdgeKind::kOdometry, true, true);
     }
   }
   int loop = 0;
@@ -70,19 +87,17 @@ void add_edges(const dpgo_graph_t& part, double kappa_scale, Whole& whole) {
       const bool there = to.robot >= 0 && from.index < whole.graph.poses_per_robot[from.robot] &&
                          to.index < whole.graph.poses_per_robot[to.robot];
       if (part.reversed[g] != 0) std::swap(from, to);
-      const Edge edge = reader.next(from, to, EdgeKind::kLoop, part.known_inliers[g] != 0);
-      whole.edge_of_loop.push_back(there ? static_cast<int>(edges.size()) : -1);
-      if (there) edges.push_back(edge);
+      whole.edge_of_loop.push_back(
+          reader.next(from, to, EdgeKind::kLoop, part.known_inliers[g] != 0, there && from != to));
     }
   }
 }
 
 Whole assemble(const std::vector<dpgo_graph_t>& parts, const ElectedOptions& options) {
   Whole whole;
-  whole.graph.dimension = options.dimension;
-  for (const dpgo_graph_t& part : parts) add_segments(part, whole);
-  const double kappa_scale = options.dimension == 2 ? 2.0 : 1.0;  // robust_form's half is taken back
-  for (const dpgo_graph_t& part : parts) add_edges(part, kappa_scale, whole);
+  whole.graph.dimension = options.packing.dimension;
+  for (const dpgo_graph_t& part : parts) add_segments(part, options, whole);
+  for (const dpgo_graph_t& part : parts) add_edges(part, options, whole);
   return whole;
 }
 
@@ -90,44 +105,80 @@ struct Solved {
   Poses poses;                              // relative to the first of the anchor's
   std::vector<std::optional<int>> anchors;  // per segment, the segment that is the frame
   std::vector<double> weights;              // per edge
+  std::vector<double> r2;                   // per edge; infinite where it is not in one frame
   int iterations = 0;
 };
 
-// One part of the team: the segments that have a place among its frames, in W.
-void solve_connected(const Whole& whole, const StartFrames& frames, const Poses& odometry,
-                     const ElectedOptions& options, Solved& solved) {
-  const std::vector<int> offsets = whole.graph.offsets();
-  PoseGraph graph = whole.graph;
+// Those segments of the whole that have a place among the frames, and where their edges and poses stand in it.
+struct Selection {
+  PoseGraph graph;
+  MeasuredNoise noise;
   Poses start;
+  std::vector<int> edges;
+};
+
+Selection select(const Whole& whole, const StartFrames& frames, const Poses& odometry) {
+  const std::vector<int> offsets = whole.graph.offsets();
+  Selection selection{whole.graph, {}, {}, {}};
+  PoseGraph& graph = selection.graph;
   for (int s = 0; s < graph.robots(); ++s) {
     const auto& T_W_S = frames.pose_of(whole.segments[s]);
     if (!T_W_S) {
       graph.poses_per_robot[s] = 0;
       continue;
     }
-    for (int flat = offsets[s]; flat < offsets[s + 1]; ++flat) start.push_back(*T_W_S * odometry[flat]);
+    for (int flat = offsets[s]; flat < offsets[s + 1]; ++flat) {
+      selection.start.push_back(*T_W_S * odometry[flat]);
+      if (!whole.noise.gravity.empty()) selection.noise.gravity.push_back(whole.noise.gravity[flat]);
+    }
   }
-  std::vector<int> edges;
   graph.edges.clear();
   for (std::size_t e = 0; e < whole.graph.edges.size(); ++e) {
     const Edge& edge = whole.graph.edges[e];
     if (graph.poses_per_robot[edge.from.robot] == 0 || graph.poses_per_robot[edge.to.robot] == 0) continue;
     graph.edges.push_back(edge);
-    edges.push_back(static_cast<int>(e));
+    if (!whole.noise.covariances.empty()) selection.noise.covariances.push_back(whole.noise.covariances[e]);
+    selection.edges.push_back(static_cast<int>(e));
   }
+  return selection;
+}
 
-  const CentralResult result =
-      solve_robust(graph, start, {.barc2 = options.barc2, .mu_step = options.mu_step});
-  solved.iterations += result.iterations;
-  for (std::size_t k = 0; k < edges.size(); ++k) solved.weights[edges[k]] = result.weights[k];
+// As the cost of the selection has it; the pose `gauge` stays at its start.
+MeasuredResult solve_selection(const Selection& selection, int gauge, const ElectedOptions& options) {
+  if (options.packing.full_covariances) {
+    return solve_measured(
+        selection.graph, selection.noise, selection.start,
+        {.noise = options.noise, .barc2 = options.barc2, .mu_step = options.mu_step, .gauge = gauge});
+  }
+  MeasuredResult result;
+  result.central =
+      solve_robust(selection.graph, selection.start, {.barc2 = options.barc2, .mu_step = options.mu_step});
+  result.r2 = squared_residuals(robust_form(selection.graph), result.central.poses);
+  const SE3 T_back = selection.start[gauge] * result.central.poses[gauge].inverse();
+  for (SE3& T : result.central.poses) T = T_back * T;
+  return result;
+}
+
+// One part of the team: the segments that have a place among its frames.
+void solve_connected(const Whole& whole, const StartFrames& frames, const Poses& odometry,
+                     const ElectedOptions& options, Solved& solved) {
+  const Selection selection = select(whole, frames, odometry);
   const int anchor = whole.index.at(frames.root());
-  const std::vector<int> placed = graph.offsets();
-  const SE3 T_F_W = result.poses[placed[anchor]].inverse();
-  for (int s = 0; s < graph.robots(); ++s) {
-    if (graph.poses_per_robot[s] == 0) continue;
+  const std::vector<int> placed = selection.graph.offsets();
+  const MeasuredResult result = solve_selection(selection, placed[anchor], options);
+  solved.iterations += result.central.iterations;
+  for (std::size_t k = 0; k < selection.edges.size(); ++k) {
+    solved.weights[selection.edges[k]] = result.central.weights[k];
+    solved.r2[selection.edges[k]] = result.r2[k];
+  }
+  const SE3 T_F_W = selection.start[placed[anchor]].inverse();
+  const std::vector<int> offsets = whole.graph.offsets();
+  for (int s = 0; s < selection.graph.robots(); ++s) {
+    if (selection.graph.poses_per_robot[s] == 0) continue;
     solved.anchors[s] = anchor;
-    for (int k = 0; k < graph.poses_per_robot[s]; ++k)
-      solved.poses[offsets[s] + k] = T_F_W * result.poses[placed[s] + k];
+    for (int k = 0; k < selection.graph.poses_per_robot[s]; ++k) {
+      solved.poses[offsets[s] + k] = T_F_W * result.central.poses[placed[s] + k];
+    }
   }
 }
 
@@ -136,6 +187,7 @@ Solved solve_whole(const Whole& whole, const ElectedOptions& options) {
   solved.poses.resize(whole.graph.poses());
   solved.anchors.resize(whole.segments.size());
   solved.weights.assign(whole.graph.edges.size(), 0.0);
+  solved.r2.assign(whole.graph.edges.size(), std::numeric_limits<double>::infinity());
   const std::vector<PairAlignment> alignments = robust_start(whole.graph, options.alignment).alignments;
   const Poses odometry = odometry_start(whole.graph);
   StartFrames frames;
@@ -169,15 +221,8 @@ void write_poses(const Whole& whole, const Solved& solved, dpgo_poses_t& message
   message.n_values = static_cast<std::int32_t>(message.values.size());
 }
 
-bool in_one_frame(const Edge& edge, const Solved& solved) {
-  const auto& anchor = solved.anchors[edge.from.robot];
-  return anchor && anchor == solved.anchors[edge.to.robot];
-}
-
 void write_decisions(const std::vector<dpgo_graph_t>& parts, const Whole& whole, const Solved& solved,
                      dpgo_poses_t& message) {
-  const PoseGraph form = robust_form(whole.graph);
-  const std::vector<double> r2 = squared_residuals(form, solved.poses);
   std::vector<bool> kept;
   std::size_t loop = 0;
   for (const dpgo_graph_t& part : parts) {
@@ -193,8 +238,7 @@ void write_decisions(const std::vector<dpgo_graph_t>& parts, const Whole& whole,
         const int edge = whole.edge_of_loop[loop];
         kept.push_back(edge >= 0 && solved.weights[edge] > 0.5);
         if (part.from != message.from || b == message.from) continue;
-        const bool placed = edge >= 0 && in_one_frame(form.edges[edge], solved);
-        message.residuals_sq.push_back(placed ? static_cast<float>(r2[edge]) : kNoResidual);
+        message.residuals_sq.push_back(edge >= 0 ? static_cast<float>(solved.r2[edge]) : kNoResidual);
       }
     }
   }
@@ -235,7 +279,8 @@ class PlacedSegments {
 };
 
 // Of a loop whose ends both stand in the message.
-double squared_residual_of(const OwnedLoop& owned, int owner, const PlacedSegments& placed) {
+double squared_residual_of(const OwnedLoop& owned, int owner, const PlacedSegments& placed,
+                           const ElectedOptions& options) {
   const StartFrame a{owner, owned.segment_a};
   const StartFrame b{owned.robot_b, owned.segment_b};
   if (placed.poses(a) <= owned.id_a || placed.poses(b) <= owned.id_b ||
@@ -245,9 +290,9 @@ double squared_residual_of(const OwnedLoop& owned, int owner, const PlacedSegmen
   const SE3 T_a = placed.pose(a, owned.id_a);
   const SE3 T_b = placed.pose(b, owned.id_b);
   const GraphLoop& loop = *owned.loop;
-  const Edge edge{
-      {}, {}, loop.T_A_B, loop.precision.kappa, loop.precision.tau, EdgeKind::kLoop, loop.known_inlier};
-  return owned.reversed ? squared_residual(edge, T_b, T_a) : squared_residual(edge, T_a, T_b);
+  return owned.reversed
+             ? deciding_residual_sq(loop.T_A_B, loop.precision, loop.covariance, T_b, T_a, options)
+             : deciding_residual_sq(loop.T_A_B, loop.precision, loop.covariance, T_a, T_b, options);
 }
 
 const std::vector<GraphLoop>& loops_with(const GraphSnapshot& graph, int peer) {
@@ -259,6 +304,15 @@ const std::vector<GraphLoop>& loops_with(const GraphSnapshot& graph, int peer) {
 
 }  // namespace
 
+double deciding_residual_sq(const SE3& T_A_B, const Precision& precision, const Matrix6d& covariance,
+                            const SE3& T_W_A, const SE3& T_W_B, const ElectedOptions& options) {
+  if (options.packing.full_covariances) {
+    return mahalanobis_sq(T_A_B, deciding_covariance(covariance, options.noise), T_W_A, T_W_B);
+  }
+  return squared_residual({{}, {}, T_A_B, precision.kappa, precision.tau, EdgeKind::kLoop, false}, T_W_A,
+                          T_W_B);
+}
+
 Gathered solve_parts(const std::vector<dpgo_graph_t>& parts, const ElectedOptions& options) {
   COVEY_CHECK(!parts.empty());
   const Whole whole = assemble(parts, options);
@@ -266,7 +320,7 @@ Gathered solve_parts(const std::vector<dpgo_graph_t>& parts, const ElectedOption
   dpgo_poses_t message{};
   message.from = parts.front().from;
   message.to = -1;
-  message.dimension = static_cast<std::int8_t>(options.dimension);
+  message.dimension = static_cast<std::int8_t>(options.packing.dimension);
   write_poses(whole, solved, message);
   write_decisions(parts, whole, solved, message);
   return {std::move(message), solved.iterations};
@@ -283,7 +337,7 @@ dpgo_poses_t without_own(dpgo_poses_t message) {
 }
 
 std::optional<ElectedShare> share_of(const dpgo_poses_t& message, const GraphSnapshot& graph,
-                                     const SegmentNames& names) {
+                                     const SegmentNames& names, const ElectedOptions& options) {
   const PlacedSegments placed(message);
   ElectedShare share;
   for (int s = 0; s < static_cast<int>(graph.segments.size()); ++s) {
@@ -291,6 +345,11 @@ std::optional<ElectedShare> share_of(const dpgo_poses_t& message, const GraphSna
     if (!placed.has(segment)) return std::nullopt;
     const int poses = placed.poses(segment);
     const StartFrame anchor = placed.anchor(segment);
+    const auto of_anchor = names.find(anchor.robot);
+    if (anchor.robot >= 0 && (of_anchor == names.end() || anchor.segment < 0 ||
+                              anchor.segment >= static_cast<int>(of_anchor->second.size()))) {
+      return std::nullopt;
+    }
     if (anchor.robot >= 0 && poses != static_cast<int>(graph.segments[s].poses.size())) return std::nullopt;
     ElectedShare::Placed mine{anchor.robot, anchor.segment, {}};
     for (int id = 0; id < poses; ++id) mine.T_F_K.push_back(placed.pose(segment, id));
@@ -310,60 +369,12 @@ std::optional<ElectedShare> share_of(const dpgo_poses_t& message, const GraphSna
     if (static_cast<int>(owned.size()) != message.loops[p] || residual > message.n_residuals)
       return std::nullopt;
     for (int k = 0; k < message.loops[p]; ++k) {
-      const double r2 =
-          of_sender ? message.residuals_sq[first_residual + k] : squared_residual_of(owned[k], a, placed);
+      const double r2 = of_sender ? message.residuals_sq[first_residual + k]
+                                  : squared_residual_of(owned[k], a, placed, options);
       share.loops.push_back({*owned[k].loop, bit_at(message.kept, first_loop + k), r2});
     }
   }
   return share;
-}
-
-ElectedResult solve_elected(const PoseGraph& graph, const ElectedOptions& options) {
-  const std::map<int, TeamMember> team = split_team(graph, std::nullopt);
-  COVEY_CHECK(!team.empty());
-  SegmentNames names;
-  for (const auto& [robot, member] : team) {
-    for (const Segment& segment : member.graph.segments) names[robot].push_back(segment.name);
-  }
-  ElectedResult result;
-  DistributedResult& evidence = result.team;
-  std::vector<dpgo_graph_t> parts;
-  for (const auto& [robot, member] : team) {
-    parts.push_back(part_of(member.graph, names, options.dimension));
-    if (parts.size() > 1) evidence.bytes[dpgo_graph_t::getTypeName()] += parts.back().getEncodedSize();
-  }
-  const Gathered gathered = solve_parts(parts, options);
-  const dpgo_poses_t sent = without_own(gathered.poses);
-  if (team.size() > 1) evidence.bytes[dpgo_poses_t::getTypeName()] += sent.getEncodedSize();
-  result.iterations = gathered.iterations;
-  evidence.messages = 2;
-
-  std::map<int, std::vector<SegmentResult>> segments;
-  evidence.weights.assign(graph.edges.size(), 1.0);
-  for (const auto& [robot, member] : team) {
-    const bool elected = robot == parts.front().from;
-    const auto share = share_of(elected ? gathered.poses : sent, member.graph, names);
-    COVEY_CHECK(share.has_value());
-    for (std::size_t s = 0; s < share->segments.size(); ++s) {
-      const ElectedShare::Placed& placed = share->segments[s];
-      segments[robot].push_back(
-          {member.graph.segments[s].name, placed.anchor == parts.front().from, placed.T_F_K});
-    }
-    for (const ElectedShare::Decision& decision : share->loops)
-      evidence.weights[decision.loop.key] = decision.kept;
-  }
-  evidence.poses = gather_poses(graph, team, segments);
-  evidence.placed = gather_placed(graph, team, segments);
-  const std::vector<double> r2 = squared_residuals(graph, evidence.poses);
-  const std::vector<int> offsets = graph.offsets();
-  for (std::size_t e = 0; e < graph.edges.size(); ++e) {
-    const Edge& edge = graph.edges[e];
-    if (!evidence.placed[offsets[edge.from.robot] + edge.from.index]) continue;
-    if (!evidence.placed[offsets[edge.to.robot] + edge.to.index]) continue;
-    evidence.cost += edge.known_inlier ? r2[e] : std::min(r2[e], options.barc2);
-    if (edge.kind == EdgeKind::kLoop && evidence.weights[e] == 1.0) ++evidence.kept;
-  }
-  return result;
 }
 
 }  // namespace covey::pgo

@@ -12,20 +12,21 @@
 // the team is solved for itself, in the frame of its lowest robot.
 //
 // The squared residuals are those of the snapshots' kappa and tau; for the plane (dimension 2) these are those of robust_form
-// (pose_graph.h).
+// (pose_graph.h). With full covariances, in space, they are those of measured_noise.h, which also refines the poses; F is then
+// where it was, not the keyframe, which gravity may have turned.
 
 #include <optional>
 #include <vector>
 
 #include "core/pgo/elected_messages.h"
 #include "core/pgo/frame_alignment.h"
-#include "core/pgo/solve_distributed.h"
 
 namespace covey::pgo {
 
 struct ElectedOptions {
-  int dimension = 3;  // 2: all poses are rigid motions in the plane z = 0
+  PackingOptions packing{};
   double barc2 = 16.812;
+  NoiseOptions noise{};    // of full covariances
   double mu_step = 1.4;  // of graduated non-convexity
   AlignmentOptions alignment{.min_inliers = 1};
 };
@@ -58,13 +59,10 @@ struct ElectedShare {
 };
 // None where the poses do not fit the graph.
 std::optional<ElectedShare> share_of(const dpgo_poses_t& poses, const GraphSnapshot& graph,
-                                     const SegmentNames& names);
+                                     const SegmentNames& names, const ElectedOptions& options);
 
-// The same in one process: the graph of a team, in robust_form. `updates`, `stages` and `block_updates` stay 0.
-struct ElectedResult {
-  DistributedResult team;
-  int iterations = 0;
-};
-ElectedResult solve_elected(const PoseGraph& graph, const ElectedOptions& options);
+// The squared residual by which the elected decides, of a measured T_A_B with either noise.
+double deciding_residual_sq(const SE3& T_A_B, const Precision& precision, const Matrix6d& covariance,
+                            const SE3& T_W_A, const SE3& T_W_B, const ElectedOptions& options);
 
 }  // namespace covey::pgo

@@ -12,6 +12,7 @@ namespace {
 
 constexpr float kFarthest = 1e7F;  // m; of a measurement or a pose
 constexpr float kLargestPrecision = 1e16F;
+constexpr float kLargestCovariance = 1e16F;
 
 // -1: the robot or its segment is not among them.
 int place_of(const SegmentNames& names, const KeyframeName& keyframe) {
@@ -60,6 +61,20 @@ std::vector<float> packed(const std::vector<Precision>& precisions) {
   return values;
 }
 
+// Upper triangle, row by row.
+void append_covariance(const Matrix6d& covariance, std::vector<float>& values) {
+  for (int r = 0; r < 6; ++r) {
+    for (int c = r; c < 6; ++c) values.push_back(static_cast<float>(covariance(r, c)));
+  }
+}
+constexpr int kCovarianceFloats = 21;
+
+void append_gravity(const Gravity& gravity, std::vector<float>& values) {
+  for (const double value : gravity.down_K) values.push_back(static_cast<float>(value));
+  values.push_back(static_cast<float>(gravity.sigma));
+}
+constexpr int kGravityFloats = 4;
+
 template <typename T>
 std::int32_t count(const std::vector<T>& list) {
   return static_cast<std::int32_t>(list.size());
@@ -97,29 +112,35 @@ std::vector<OwnedLoop> in_message_order(const std::vector<GraphLoop>& loops, int
   return owned;
 }
 
-dpgo_graph_t part_of(const GraphSnapshot& graph, const SegmentNames& names, int dimension) {
+dpgo_graph_t part_of(const GraphSnapshot& graph, const SegmentNames& names, const PackingOptions& options) {
   dpgo_graph_t message{};
   message.from = graph.robot;
-  message.dimension = static_cast<std::int8_t>(dimension);
+  message.dimension = static_cast<std::int8_t>(options.dimension);
   std::vector<Precision> precisions;
-  for (const Segment& segment : graph.segments) {
-    message.poses.push_back(count(segment.poses));
-    for (std::size_t k = 1; k < segment.poses.size(); ++k) {
-      append_floats(segment.poses[k].T_P_K, dimension, message.values);
-      precisions.push_back(segment.poses[k].precision);
-    }
-  }
-  const auto append = [&](const std::vector<GraphLoop>& loops) {
-    const std::vector<OwnedLoop> owned = in_message_order(loops, graph.robot, names);
-    append_loops(owned, message);
-    for (const OwnedLoop& each : owned) {
-      append_floats(each.loop->T_A_B, dimension, message.values);
-      precisions.push_back(each.loop->precision);
+  const auto append = [&](const SE3& T, const Precision& precision, const Matrix6d& covariance) {
+    append_floats(T, options.dimension, message.values);
+    if (options.full_covariances) {
+      append_covariance(covariance, message.covariances);
+    } else {
+      precisions.push_back(precision);
     }
   };
-  append(graph.private_loops);
+  for (const Segment& segment : graph.segments) {
+    message.poses.push_back(count(segment.poses));
+    for (std::size_t k = 0; k < segment.poses.size(); ++k) {
+      const OdometryPose& pose = segment.poses[k];
+      if (k > 0) append(pose.T_P_K, pose.precision, pose.covariance);
+      if (options.full_covariances) append_gravity(pose.gravity, message.gravity);
+    }
+  }
+  const auto append_all = [&](const std::vector<GraphLoop>& loops) {
+    const std::vector<OwnedLoop> owned = in_message_order(loops, graph.robot, names);
+    append_loops(owned, message);
+    for (const OwnedLoop& each : owned) append(each.loop->T_A_B, each.loop->precision, each.loop->covariance);
+  };
+  append_all(graph.private_loops);
   for (const auto& [peer, loops] : graph.shared_loops) {
-    if (peer > graph.robot) append(loops);
+    if (peer > graph.robot) append_all(loops);
   }
   message.precisions = packed(precisions);
   message.n_segments = count(message.poses);
@@ -127,6 +148,8 @@ dpgo_graph_t part_of(const GraphSnapshot& graph, const SegmentNames& names, int 
   message.n_loops = count(message.ids_a);
   message.n_values = count(message.values);
   message.n_precisions = count(message.precisions);
+  message.n_covariances = count(message.covariances);
+  message.n_gravity = count(message.gravity);
   return message;
 }
 
@@ -153,6 +176,20 @@ Precision precision_at(const dpgo_graph_t& message, int k) {
   return {message.precisions[first], message.precisions[first + 1]};
 }
 
+Matrix6d covariance_at(const dpgo_graph_t& message, int k) {
+  Matrix6d covariance;
+  const float* value = message.covariances.data() + kCovarianceFloats * static_cast<std::ptrdiff_t>(k);
+  for (int r = 0; r < 6; ++r) {
+    for (int c = r; c < 6; ++c) covariance(r, c) = covariance(c, r) = *value++;
+  }
+  return covariance;
+}
+
+Gravity gravity_at(const dpgo_graph_t& message, int k) {
+  const float* value = message.gravity.data() + kGravityFloats * static_cast<std::ptrdiff_t>(k);
+  return {Eigen::Vector3d(value[0], value[1], value[2]), value[3]};
+}
+
 std::vector<std::int8_t> pack_bits(const std::vector<bool>& flags) {
   std::vector<std::int8_t> bytes((flags.size() + 7) / 8, 0);
   for (std::size_t k = 0; k < flags.size(); ++k) {
@@ -167,16 +204,20 @@ bool bit_at(const std::vector<std::int8_t>& bytes, int k) {
 
 bool values_are_good(const dpgo_graph_t& m) {
   if (m.dimension != 2 && m.dimension != 3) return false;
-  if (m.n_segments <= 0 || !all_within(m.poses, 1, kMostIds) || !all_within(m.sizes, 1, kMostIds))
-    return false;
+  if (m.n_segments == 0) return m.n_groups == 0 && m.n_loops == 0 && m.n_values == 0;
+  if (!all_within(m.poses, 1, kMostIds) || !all_within(m.sizes, 1, kMostIds)) return false;
   if (sum(m.sizes) != m.n_loops || !all_within(m.ids_a, 0, kMostIds) || !all_within(m.ids_b, 0, kMostIds))
     return false;
   if (!all_within(m.segments_a, std::int16_t{0}, static_cast<std::int16_t>(m.n_segments - 1))) return false;
   const std::int64_t measurements = sum(m.poses) - m.n_segments + m.n_loops;
-  return m.n_values == floats_per_pose(m.dimension) * measurements &&
-         all_within(m.values, -kFarthest, kFarthest) &&
-         (m.n_precisions == 2 || m.n_precisions == 2 * measurements) &&
-         all_within(m.precisions, 1e-16F, kLargestPrecision);
+  const bool noise_fits = m.n_covariances > 0 || m.n_gravity > 0
+                              ? m.n_precisions == 0 && m.n_covariances == kCovarianceFloats * measurements &&
+                                    m.n_gravity == kGravityFloats * sum(m.poses)
+                              : m.n_precisions == 2 || m.n_precisions == 2 * measurements;
+  return noise_fits && m.n_values == floats_per_pose(m.dimension) * measurements &&
+         all_within(m.values, -kFarthest, kFarthest) && all_within(m.precisions, 1e-16F, kLargestPrecision) &&
+         all_within(m.covariances, -kLargestCovariance, kLargestCovariance) &&
+         all_within(m.gravity, -10.0F, 10.0F);
 }
 
 bool values_are_good(const dpgo_poses_t& m) {

@@ -5,7 +5,7 @@
 //
 //   dpgo_graph_t  of every other robot: odometry with ids implied by the order, own loops, and loops with higher robots; those with
 //                 the elected itself, the lowest, are known there. Six 32-bit floats for a measurement (three in the plane), two for
-//                 its precisions, sent once where they are all alike.
+//                 its precisions, sent once where they are all alike; or 21 for its covariance, and four for a keyframe's gravity.
 //   dpgo_poses_t  of the elected, once for all: six (three) floats for a pose, one bit for a loop.
 
 #include <covey/dpgo_graph_t.hpp>
@@ -35,8 +35,12 @@ struct OwnedLoop {
 std::vector<OwnedLoop> in_message_order(const std::vector<GraphLoop>& loops, int owner,
                                         const SegmentNames& names);
 
-// What a robot sends.
-dpgo_graph_t part_of(const GraphSnapshot& graph, const SegmentNames& names, int dimension);
+// What a robot sends; with precisions, or with covariances and gravity.
+struct PackingOptions {
+  int dimension = 3;  // 2: all poses are rigid motions in the plane z = 0
+  bool full_covariances = false;
+};
+dpgo_graph_t part_of(const GraphSnapshot& graph, const SegmentNames& names, const PackingOptions& options);
 
 // Rigid motions as floats.
 int floats_per_pose(int dimension);
@@ -45,12 +49,15 @@ SE3 pose_from_floats(const std::vector<float>& values, int k, int dimension);
 
 // Of measurement k.
 Precision precision_at(const dpgo_graph_t& message, int k);
+Matrix6d covariance_at(const dpgo_graph_t& message, int k);
+// Of the sender's keyframe k, counted over its segments.
+Gravity gravity_at(const dpgo_graph_t& message, int k);
 
 // A bit for each flag, the lowest first.
 std::vector<std::int8_t> pack_bits(const std::vector<bool>& flags);
 bool bit_at(const std::vector<std::int8_t>& bytes, int k);
 
-// Whether a message is what its counts say, and finite.
+// Whether a message is what its counts say, and finite. It may be empty.
 bool values_are_good(const dpgo_graph_t& message);
 bool values_are_good(const dpgo_poses_t& message);
 

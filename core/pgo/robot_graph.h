@@ -28,11 +28,6 @@ struct KeyframeName {
   auto operator<=>(const KeyframeName&) const = default;
 };
 
-struct Gravity {
-  Eigen::Vector3d down_K = Eigen::Vector3d::Zero();  // unit vector in the keyframe's frame
-  double sigma = 0.0;                                // rad; 0: not known
-};
-
 struct Keyframe {
   KeyframeName name;
   Utime utime = 0;

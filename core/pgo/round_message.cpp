@@ -5,6 +5,7 @@
 #include <cmath>
 #include <vector>
 
+#include "core/pgo/elected_messages.h"
 #include "core/pgo/public_poses.h"
 
 namespace covey::pgo {
@@ -36,6 +37,8 @@ struct ValuesAreGood {
            m.rotation_scale < 1.0F && m.translation_scale >= 0.0F && m.translation_scale < 1e4F &&
            m.rows >= 0 && (m.rows == 0 ? m.n_values == 0 : m.n_values % (4 * m.rows) == 0);
   }
+  bool operator()(const dpgo_graph_t& m) const { return pgo::values_are_good(m); }
+  bool operator()(const dpgo_poses_t& m) const { return pgo::values_are_good(m); }
 };
 
 }  // namespace

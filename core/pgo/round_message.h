@@ -5,8 +5,10 @@
 
 #include <compare>
 #include <covey/dpgo_alignment_t.hpp>
+#include <covey/dpgo_graph_t.hpp>
 #include <covey/dpgo_join_t.hpp>
 #include <covey/dpgo_keys_t.hpp>
+#include <covey/dpgo_poses_t.hpp>
 #include <covey/dpgo_start_t.hpp>
 #include <covey/dpgo_update_t.hpp>
 #include <cstdint>
@@ -14,7 +16,8 @@
 
 namespace covey::pgo {
 
-using RoundMessage = std::variant<dpgo_join_t, dpgo_keys_t, dpgo_start_t, dpgo_alignment_t, dpgo_update_t>;
+using RoundMessage = std::variant<dpgo_join_t, dpgo_keys_t, dpgo_start_t, dpgo_alignment_t, dpgo_update_t,
+                                  dpgo_graph_t, dpgo_poses_t>;
 
 struct RoundName {
   std::int64_t number = 0;

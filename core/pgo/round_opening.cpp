@@ -189,6 +189,11 @@ void RoundOpening::agree(RoundMail& mail, Agreed agreed) {
         fmt::format("{} of {} closures of robots {}-{} are left out: robot {} does not know them", lost,
                     before, std::min(me, peer), std::max(me, peer), peer));
   }
+  if (!options_.align) {
+    problem_.part = mail.part();
+    phase_ = Phase::kDone;
+    return;
+  }
   phase_ = Phase::kStart;
   send_start(mail);
 }

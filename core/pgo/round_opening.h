@@ -25,6 +25,7 @@ namespace covey::pgo {
 struct OpeningOptions {
   std::uint64_t hash = 0;  // of all by which members must decide alike
   AlignmentOptions alignment;
+  bool align = true;  // false: it is over after joins and keys, without starts, frames and ends
 };
 
 class RoundOpening {

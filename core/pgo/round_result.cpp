@@ -73,12 +73,7 @@ RoundResult round_result(const AgreedProblem& problem, const RoundSolution& solu
     }
   }
   const auto add = [&](const GraphLoop& loop, double weight, double r2, bool owned) {
-    result.loops.push_back({loop, weight, r2});
-    if (weight == 1.0) ++result.loops_kept;
-    if (!owned) return;
-    ++(weight == 1.0 ? result.weights_one : weight == 0.0 ? result.weights_zero : result.weights_between);
-    if (weight == 1.0) ++result.owned_kept;
-    result.owned_cost += std::min(r2, barc2);
+    add_loop({loop, weight, r2}, owned, barc2, result);
   };
   const auto own_pose = [&](const KeyframeName& keyframe) {
     return result.segments[problem.segment_place(keyframe.segment)].T_W_K[keyframe.id];
@@ -98,7 +93,23 @@ RoundResult round_result(const AgreedProblem& problem, const RoundSolution& solu
         residual_sq(a_mine ? T_mine : T_peer, a_mine ? T_peer : T_mine, end.loop.T_A_B, end.loop.precision),
         problem.owns(end));
   }
-  result.loops_used = static_cast<int>(result.loops.size());
+  add_warnings(problem, barc2, result);
+  return result;
+}
+
+void add_loop(const LoopResult& loop, bool owned, double barc2, RoundResult& result) {
+  result.loops.push_back(loop);
+  ++result.loops_used;
+  if (loop.weight == 1.0) ++result.loops_kept;
+  if (!owned) return;
+  ++(loop.weight == 1.0   ? result.weights_one
+     : loop.weight == 0.0 ? result.weights_zero
+                          : result.weights_between);
+  if (loop.weight == 1.0) ++result.owned_kept;
+  result.owned_cost += std::min(loop.r2, barc2);
+}
+
+void add_warnings(const AgreedProblem& problem, double barc2, RoundResult& result) {
   warn_of_rejected_pairs(problem, barc2, result);
   for (const SegmentResult& segment : result.segments) {
     if (segment.placed) continue;
@@ -106,7 +117,6 @@ RoundResult round_result(const AgreedProblem& problem, const RoundSolution& solu
         fmt::format("segment {} of robot {} has no closure that connects it to the team", segment.segment,
                     problem.robot()));
   }
-  return result;
 }
 
 }  // namespace covey::pgo

@@ -64,4 +64,8 @@ std::vector<SegmentResult> placed_segments(const AgreedProblem& problem, const s
 // whose loops were kept, and of segments without a place in W.
 RoundResult round_result(const AgreedProblem& problem, const RoundSolution& solution, double barc2);
 
+// Its pieces, for whoever comes to poses and weights another way. Counts a loop, and its cost where this robot owns it.
+void add_loop(const LoopResult& loop, bool owned, double barc2, RoundResult& result);
+void add_warnings(const AgreedProblem& problem, double barc2, RoundResult& result);
+
 }  // namespace covey::pgo

@@ -8,8 +8,10 @@
 #include <covey/depth_t.hpp>
 #include <covey/dpgo_alignment_t.hpp>
 #include <covey/dpgo_beacon_t.hpp>
+#include <covey/dpgo_graph_t.hpp>
 #include <covey/dpgo_join_t.hpp>
 #include <covey/dpgo_keys_t.hpp>
+#include <covey/dpgo_poses_t.hpp>
 #include <covey/dpgo_request_t.hpp>
 #include <covey/dpgo_round_t.hpp>
 #include <covey/dpgo_start_t.hpp>
@@ -110,6 +112,8 @@ inline constexpr RadioChannel<dpgo_keys_t> kDpgoKeys{"DPGO_KEYS", radio::Module:
 inline constexpr RadioChannel<dpgo_start_t> kDpgoStart{"DPGO_START", radio::Module::kDpgo, true};
 inline constexpr RadioChannel<dpgo_alignment_t> kDpgoAlignment{"DPGO_ALIGNMENT", radio::Module::kDpgo, true};
 inline constexpr RadioChannel<dpgo_update_t> kDpgoUpdate{"DPGO_UPDATE", radio::Module::kDpgo, true};
+inline constexpr RadioChannel<dpgo_graph_t> kDpgoGraph{"DPGO_GRAPH", radio::Module::kDpgo, true};
+inline constexpr RadioChannel<dpgo_poses_t> kDpgoPoses{"DPGO_POSES", radio::Module::kDpgo, true};
 
 inline constexpr RadioChannel<lcd_words_t> kLcdWords{"LCD_WORDS", radio::Module::kPlaceRecognition, true};
 inline constexpr RadioChannel<lcd_request_t> kLcdRequest{"LCD_REQUEST", radio::Module::kGeometricVerification,
@@ -120,9 +124,9 @@ inline constexpr RadioChannel<lcd_loop_t> kLcdLoop{"LCD_LOOP", radio::Module::kG
                                                    1};
 
 // Every radio channel. radio_bridge lets nothing else cross.
-inline constexpr std::tuple kRadioChannels{kDpgoBeacon, kDpgoRound,  kDpgoRequest,   kDpgoJoin,
-                                           kDpgoKeys,   kDpgoStart,  kDpgoAlignment, kDpgoUpdate,
-                                           kLcdWords,   kLcdRequest, kLcdFeatures,   kLcdLoop};
+inline constexpr std::tuple kRadioChannels{kDpgoBeacon, kDpgoRound,     kDpgoRequest, kDpgoJoin,  kDpgoKeys,
+                                           kDpgoStart,  kDpgoAlignment, kDpgoUpdate,  kDpgoGraph, kDpgoPoses,
+                                           kLcdWords,   kLcdRequest,    kLcdFeatures, kLcdLoop};
 
 // The same without the types.
 const radio::TreatmentTable& radio_table();

@@ -59,6 +59,8 @@ DpgoNode::DpgoNode(Process& process)
   listen(kDpgoStart);
   listen(kDpgoAlignment);
   listen(kDpgoUpdate);
+  listen(kDpgoGraph);
+  listen(kDpgoPoses);
   process.loop().call_every(kTickUs, [this] {
     agent_.tick(process_.now());
     work();
@@ -123,6 +125,8 @@ void DpgoNode::publish_outgoing() {
     void operator()(const dpgo_start_t& m) { bus.publish(kDpgoStart, m); }
     void operator()(const dpgo_alignment_t& m) { bus.publish(kDpgoAlignment, m); }
     void operator()(const dpgo_update_t& m) { bus.publish(kDpgoUpdate, m); }
+    void operator()(const dpgo_graph_t& m) { bus.publish(kDpgoGraph, m); }
+    void operator()(const dpgo_poses_t& m) { bus.publish(kDpgoPoses, m); }
   };
   for (const pgo::AgentMessage& message : agent_.take_outgoing())
     std::visit(Publish{process_.bus()}, message);

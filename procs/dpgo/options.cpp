@@ -1,10 +1,51 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "procs/dpgo/options.h"
 
+#include <initializer_list>
+#include <string>
+#include <utility>
+
 #include "core/pgo/chi_square.h"
 #include "procs/common/read_seconds.h"
 
 namespace covey {
+namespace {
+
+constexpr double kDegree = 0.017453292519943295;
+
+template <typename T>
+T read_choice(ConfigSection& section, const std::string& key, T value,
+              std::initializer_list<std::pair<const char*, T>> choices) {
+  std::string word;
+  section.read(key, word);
+  if (word.empty()) return value;
+  std::string known;
+  for (const auto& [name, choice] : choices) {
+    if (word == name) return choice;
+    known += (known.empty() ? "" : " | ") + std::string(name);
+  }
+  throw_input_error("{}: '{}' is not one of {}", section.where(key), word, known);
+}
+
+enum class Covariances { kFull, kScaled, kPaper };
+
+void read_noise(ConfigSection& section, pgo::DgncOptions& dgnc) {
+  pgo::NoiseOptions& noise = dgnc.noise;
+  const Covariances covariances = read_choice(
+      section, "covariances", Covariances::kScaled,
+      {{"full", Covariances::kFull}, {"scaled", Covariances::kScaled}, {"paper", Covariances::kPaper}});
+  if (covariances == Covariances::kFull && dgnc.solver != pgo::RoundSolver::kElected) {
+    throw_input_error("{}: 'full' wants solver: elected", section.where("covariances"));
+  }
+  dgnc.full_covariances = covariances == Covariances::kFull;
+  noise.isotropic = covariances == Covariances::kPaper;
+  section.read("floor_translation_sigma_m", noise.floor_translation_sigma, 1e-6, 10.0);
+  double floor_rotation_deg = noise.floor_rotation_sigma / kDegree;
+  section.read("floor_rotation_sigma_deg", floor_rotation_deg, 1e-6, 90.0);
+  noise.floor_rotation_sigma = floor_rotation_deg * kDegree;
+}
+
+}  // namespace
 
 pgo::AgentOptions read_agent_options(ConfigSection& section) {
   pgo::AgentOptions options;
@@ -12,7 +53,10 @@ pgo::AgentOptions read_agent_options(ConfigSection& section) {
   if (section.has("probability") && section.has("barc2")) {
     throw_input_error("{}: give barc2 or probability, not both", section.where("probability"));
   }
-  double probability = 0.99;
+  dgnc.solver = read_choice(section, "solver", pgo::RoundSolver::kDgnc,
+                            {{"dgnc", pgo::RoundSolver::kDgnc}, {"elected", pgo::RoundSolver::kElected}});
+  read_noise(section, dgnc);
+  double probability = dgnc.noise.isotropic ? 0.5 : 0.99;
   section.read("probability", probability, 0.01, 0.999999);
   dgnc.barc2 = pgo::chi_square_quantile(probability, pgo::pose_degrees_of_freedom(3));
   section.read("barc2", dgnc.barc2, 1e-6, 1e12);

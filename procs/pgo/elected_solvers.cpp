@@ -1,21 +1,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "core/pgo/elected.h"
 #include "procs/pgo/solvers.h"
+#include "procs/pgo/team_solution.h"
 
 namespace covey {
 namespace {
 
 Solution solve_elected(const pgo::PoseGraph& graph, const SolverOptions& options) {
-  pgo::ElectedOptions elected;
-  elected.dimension = graph.dimension;
-  elected.barc2 = options.barc2;
-  pgo::ElectedResult result = pgo::solve_elected(pgo::robust_form(graph), elected);
-  Solution solution;
-  solution.poses = std::move(result.team.poses);
-  solution.iterations = result.iterations;
-  solution.weights = std::move(result.team.weights);
-  solution.team = Solution::Team{0, 1, 0, 0.0};
-  for (const auto& [type, bytes] : result.team.bytes) solution.team->bytes_sent += bytes;
+  pgo::DistributedOptions distributed;
+  distributed.dgnc.solver = pgo::RoundSolver::kElected;
+  distributed.dgnc.dimension = graph.dimension;
+  distributed.dgnc.barc2 = options.barc2;
+  Solution solution = solve_as_team(pgo::robust_form(graph), distributed);
+  solution.team->block_updates = 0;
+  solution.team->rounds = 1;
   return solution;
 }
 

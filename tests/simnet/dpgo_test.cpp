@@ -483,6 +483,19 @@ class Vandal {
     return m;
   }
 
+  AgentMessage operator()(dpgo_graph_t m) {
+    hit({[&] { scratch(m.poses); }, [&] { scratch(m.robots_b); }, [&] { scratch(m.segments_a); },
+         [&] { scratch(m.sizes); }, [&] { scratch(m.ids_b); }, [&] { scratch(m.values); },
+         [&] { scratch(m.precisions); }});
+    return m;
+  }
+  AgentMessage operator()(dpgo_poses_t m) {
+    hit({[&] { scratch(m.robots); }, [&] { scratch(m.anchors); }, [&] { scratch(m.anchor_segments); },
+         [&] { scratch(m.poses); }, [&] { scratch(m.values); }, [&] { scratch(m.loops); },
+         [&] { scratch(m.robots_b); }});
+    return m;
+  }
+
   bool strikes() { return random_() % 4 == 0; }
 
  private:

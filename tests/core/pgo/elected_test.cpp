@@ -8,6 +8,7 @@
 #include "core/pgo/central.h"
 #include "core/pgo/cost.h"
 #include "core/pgo/experiment.h"
+#include "core/pgo/solve_distributed.h"
 #include "core/pgo/start.h"
 #include "core/pgo/team_split.h"
 #include "core/sim/grid.h"
@@ -24,6 +25,14 @@ CentralResult central(const PoseGraph& graph, double barc2) {
   return solve_robust(graph, robust_start(graph, {.min_inliers = 1}).poses, {.barc2 = barc2});
 }
 
+DistributedResult solve_elected(const PoseGraph& graph, int dimension = 3, double barc2 = 16.812) {
+  DistributedOptions options;
+  options.dgnc.solver = RoundSolver::kElected;
+  options.dgnc.dimension = dimension;
+  options.dgnc.barc2 = barc2;
+  return solve_distributed(graph, options);
+}
+
 SegmentNames names_of(const std::map<int, TeamMember>& team) {
   SegmentNames names;
   for (const auto& [robot, member] : team) {
@@ -34,21 +43,20 @@ SegmentNames names_of(const std::map<int, TeamMember>& team) {
 
 std::vector<dpgo_graph_t> parts_of(const std::map<int, TeamMember>& team) {
   std::vector<dpgo_graph_t> parts;
-  for (const auto& [robot, member] : team) parts.push_back(part_of(member.graph, names_of(team), 3));
+  for (const auto& [robot, member] : team) parts.push_back(part_of(member.graph, names_of(team), {}));
   return parts;
 }
 
 TEST_CASE("the elected robot finds what the central solver finds") {
   const PoseGraph graph = grid();
   const ElectedOptions options;
-  const ElectedResult elected = solve_elected(graph, options);
+  const DistributedResult elected = solve_elected(graph);
   const CentralResult known = central(graph, options.barc2);
-  REQUIRE(elected.team.cost == Approx(known.cost).epsilon(1e-5));
-  REQUIRE(robust_cost(graph, elected.team.poses, options.barc2).cost == Approx(known.cost).epsilon(1e-5));
-  for (std::size_t e = 0; e < graph.edges.size(); ++e) REQUIRE(elected.team.weights[e] == known.weights[e]);
-  REQUIRE(std::all_of(elected.team.placed.begin(), elected.team.placed.end(),
-                      [](bool placed) { return placed; }));
-  REQUIRE(elected.team.poses.front().log().norm() < 1e-6);
+  REQUIRE(elected.cost == Approx(known.cost).epsilon(1e-5));
+  REQUIRE(robust_cost(graph, elected.poses, options.barc2).cost == Approx(known.cost).epsilon(1e-5));
+  for (std::size_t e = 0; e < graph.edges.size(); ++e) REQUIRE(elected.weights[e] == known.weights[e]);
+  REQUIRE(std::all_of(elected.placed.begin(), elected.placed.end(), [](bool placed) { return placed; }));
+  REQUIRE(elected.poses.front().log().norm() < 1e-6);
 }
 
 TEST_CASE("a planar graph is solved as one, with half the numbers") {
@@ -56,14 +64,15 @@ TEST_CASE("a planar graph is solved as one, with half the numbers") {
       make_walk({.dimension = 2, .poses = 200, .rotation_sigma = 0.002, .translation_sigma = 0.01}).graph, 3);
   const PoseGraph spoilt = inject_outliers(graph, 0.3, 1).graph;
   const double barc2 = 20.0;
-  const ElectedResult planar = solve_elected(robust_form(spoilt), {.dimension = 2, .barc2 = barc2});
+  const DistributedResult planar = solve_elected(robust_form(spoilt), 2, barc2);
   const CentralResult known = central(spoilt, barc2);
-  REQUIRE(planar.team.cost == Approx(known.cost).epsilon(1e-4));
-  for (std::size_t e = 0; e < spoilt.edges.size(); ++e) REQUIRE(planar.team.weights[e] == known.weights[e]);
-  const ElectedResult spatial = solve_elected(robust_form(spoilt), {.dimension = 3, .barc2 = barc2});
-  REQUIRE(spatial.team.cost == Approx(planar.team.cost).epsilon(1e-4));
-  for (const auto& [type, bytes] : planar.team.bytes)
-    REQUIRE(bytes < 0.8 * static_cast<double>(spatial.team.bytes.at(type)));
+  REQUIRE(planar.cost == Approx(known.cost).epsilon(1e-4));
+  for (std::size_t e = 0; e < spoilt.edges.size(); ++e) REQUIRE(planar.weights[e] == known.weights[e]);
+  const DistributedResult spatial = solve_elected(robust_form(spoilt), 3, barc2);
+  REQUIRE(spatial.cost == Approx(planar.cost).epsilon(1e-4));
+  for (const char* type : {"dpgo_graph_t", "dpgo_poses_t"}) {
+    REQUIRE(static_cast<double>(planar.bytes.at(type)) < 0.8 * static_cast<double>(spatial.bytes.at(type)));
+  }
 }
 
 TEST_CASE("every loop is sent once, by its lower robot, and one precision for all that are alike") {
@@ -86,9 +95,9 @@ TEST_CASE("every loop is sent once, by its lower robot, and one precision for al
     REQUIRE(values_are_good(part));
   }
   // Six floats for each measurement or pose and 8 bytes for a loop's ends, and little else.
-  const ElectedResult result = solve_elected(alike, {});
+  const DistributedResult result = solve_elected(alike);
   const int sent_loops = parts[1].n_loops + parts[2].n_loops;
-  const auto& bytes = result.team.bytes;
+  const auto& bytes = result.bytes;
   REQUIRE(bytes.at("dpgo_graph_t") < 24 * (2 * 39 + sent_loops) + 8 * sent_loops + 400);
   REQUIRE(bytes.at("dpgo_poses_t") < 24 * 2 * 40 + graph.loops() / 8 + 4 * parts[0].n_loops + 400);
 }
@@ -101,19 +110,19 @@ TEST_CASE("every robot learns its poses and what became of its loops, whichever 
   const dpgo_poses_t sent = without_own(gathered.poses);
   REQUIRE(values_are_good(sent));
   REQUIRE(sent.n_values == 6 * 2 * 40);
-  const ElectedResult whole = solve_elected(graph, {});
-  const std::vector<double> r2 = squared_residuals(graph, whole.team.poses);
+  const DistributedResult whole = solve_elected(graph);
+  const std::vector<double> r2 = squared_residuals(graph, whole.poses);
   std::vector<int> told(graph.edges.size(), 0);
   int backward = 0;
   for (const auto& [robot, member] : team) {
-    const auto share = share_of(robot == 0 ? gathered.poses : sent, member.graph, names);
+    const auto share = share_of(robot == 0 ? gathered.poses : sent, member.graph, names, {});
     REQUIRE(share);
     REQUIRE(static_cast<int>(share->loops.size()) == member.graph.loops());
     for (const ElectedShare::Decision& decision : share->loops) {
       const std::uint64_t edge = decision.loop.key;
       ++told[edge];
       backward += graph.edges[edge].from.robot > graph.edges[edge].to.robot ? 1 : 0;
-      REQUIRE(decision.kept == (whole.team.weights[edge] == 1.0));
+      REQUIRE(decision.kept == (whole.weights[edge] == 1.0));
       REQUIRE(decision.r2 == Approx(r2[edge]).epsilon(1e-3).margin(1e-3));
     }
   }
@@ -134,13 +143,13 @@ TEST_CASE("segments are placed like robots, and what nothing connects is told so
   graph.edges.erase(std::remove_if(graph.edges.begin(), graph.edges.end(), gone), graph.edges.end());
   const auto team = split_team(graph, std::nullopt);
   REQUIRE(team.at(1).graph.segments.size() == 2);
-  const ElectedResult result = solve_elected(graph, {});
-  REQUIRE(result.team.placed[0]);
-  REQUIRE(result.team.placed[45]);
-  REQUIRE(result.team.placed[70]);
-  REQUIRE_FALSE(result.team.placed[120]);
+  const DistributedResult result = solve_elected(graph);
+  REQUIRE(result.placed[0]);
+  REQUIRE(result.placed[45]);
+  REQUIRE(result.placed[70]);
+  REQUIRE_FALSE(result.placed[120]);
   const dpgo_poses_t sent = without_own(solve_parts(parts_of(team), {}).poses);
-  const auto apart = share_of(sent, team.at(3).graph, names_of(team));
+  const auto apart = share_of(sent, team.at(3).graph, names_of(team), {});
   REQUIRE(apart);
   REQUIRE(apart->segments[0].anchor == 3);
   REQUIRE(apart->segments[0].T_F_K.size() == 40);
@@ -155,9 +164,9 @@ TEST_CASE("a loop that is known to be right is never rejected") {
   wrong.kind = EdgeKind::kLoop;
   wrong.known_inlier = false;
   graph.edges.push_back(wrong);
-  const ElectedResult result = solve_elected(graph, {});
-  REQUIRE(result.team.weights[graph.edges.size() - 2] == 1.0);
-  REQUIRE(result.team.weights.back() == 0.0);
+  const DistributedResult result = solve_elected(graph);
+  REQUIRE(result.weights[graph.edges.size() - 2] == 1.0);
+  REQUIRE(result.weights.back() == 0.0);
 }
 
 TEST_CASE("rotations of half a turn and far-away poses survive the packing") {
@@ -200,7 +209,10 @@ TEST_CASE("what cannot be what it says it is has no good values") {
   REQUIRE(values_are_good(poses));
   dpgo_poses_t short_of_one = poses;
   short_of_one.loops.back() -= 1;
-  REQUIRE_FALSE(share_of(short_of_one, team.at(2).graph, names_of(team)));
+  REQUIRE_FALSE(share_of(short_of_one, team.at(2).graph, names_of(team), {}));
+  dpgo_poses_t nowhere = poses;
+  nowhere.anchors.back() = 77;
+  REQUIRE_FALSE(share_of(nowhere, team.at(2).graph, names_of(team), {}));
   short_of_one = poses;
   short_of_one.values.pop_back();
   short_of_one.n_values -= 1;

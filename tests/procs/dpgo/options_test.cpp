@@ -32,5 +32,26 @@ TEST_CASE("keys are read, with units and ranges") {
   REQUIRE(input_error_of([] { read("dpgo: {no_such_key: 1}"); }).find("no_such_key") != std::string::npos);
 }
 
+TEST_CASE("the solver and what covariances count as are chosen by name") {
+  REQUIRE(read("{}").dgnc.solver == pgo::RoundSolver::kDgnc);
+  const pgo::DgncOptions full = read(
+                                    "dpgo: {solver: elected, covariances: full, floor_rotation_sigma_deg: 1, "
+                                    "floor_translation_sigma_m: 0.1}")
+                                    .dgnc;
+  REQUIRE(full.solver == pgo::RoundSolver::kElected);
+  REQUIRE(full.full_covariances);
+  REQUIRE(full.noise.floor_rotation_sigma == Approx(0.0174533));
+  REQUIRE(full.noise.floor_translation_sigma == 0.1);
+  const pgo::DgncOptions paper = read("dpgo: {covariances: paper}").dgnc;
+  REQUIRE(paper.noise.isotropic);
+  REQUIRE(paper.barc2 == Approx(5.348).epsilon(1e-3));  // of probability 0.5
+  REQUIRE(read("dpgo: {covariances: paper, probability: 0.99}").dgnc.barc2 == Approx(16.812).epsilon(1e-4));
+  REQUIRE(input_error_of([] {
+            read("dpgo: {solver: magic}");
+          }).find("'magic' is not one of dgnc | elected") != std::string::npos);
+  REQUIRE(input_error_of([] { read("dpgo: {covariances: full}"); }).find("wants solver: elected") !=
+          std::string::npos);
+}
+
 }  // namespace
 }  // namespace covey
