@@ -103,7 +103,7 @@ class Experiments(Folder, unittest.TestCase):
 class Claims(Folder, unittest.TestCase):
     def row(self, solver, **values):
         return {"graph": "intel", "robots": 3, "outliers": 0.7, "seed": 1, "probability": None if solver == "l2" else 0.99, "barc2": None,
-                "solver": solver, "ate_m": 0.01, "precision": 1.0, "recall": 1.0, "cost": 1.0, "seconds": 1.0, **values}
+                "start": None, "solver": solver, "ate_m": 0.01, "precision": 1.0, "recall": 1.0, "cost": 1.0, "seconds": 1.0, **values}
 
     def verdict(self, claim, **of_dgnc):
         solvers = ("l2", "pcm", "gnc", "pcm+gnc", "gnc-naive", "pcm+dgnc", "dgnc-naive")

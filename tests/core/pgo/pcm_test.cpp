@@ -93,7 +93,7 @@ struct Planted {
 
 Planted plant(int dimension, int robots) {
   const Walk walk =
-      make_walk({.dimension = dimension, .poses = 400, .rotation_sigma = 0.003, .translation_sigma = 0.02});
+      make_walk({.dimension = dimension, .poses = 300, .rotation_sigma = 0.003, .translation_sigma = 0.02});
   const Injection injection = inject_outliers(cut_into_robots(walk.graph, robots), 0.4, 3);
   return {injection.graph, injection.is_true};
 }
