@@ -14,7 +14,7 @@ from covey_tools.experiments import graphs, robustness, tables
 EXPERIMENTS = os.path.join(BIN, "experiments")
 
 
-def circuit(laps=4, side=8):
+def circuit(laps=3, side=4):
     """Laps around a square, in g2o: odometry a little too long, and a loop from each pose to the same place a lap before."""
     lines, per_lap = [], 4 * side
     information = "400 0 0 400 0 10000"
