@@ -14,7 +14,7 @@ namespace {
 
 constexpr char kPose = 'x';
 constexpr double kDampingStep = 10.0;
-constexpr double kLeastDamping = 1e-10;
+constexpr double kLeastDamping = 1e-13;
 constexpr double kMostDamping = 1e6;
 constexpr double kGoodStep = 0.75;  // of what was promised: less damping; below the other, more
 constexpr double kPoorStep = 0.25;
