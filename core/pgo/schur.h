@@ -41,7 +41,8 @@ graph::Key schur_key(int robot, int place);
 int robot_of(graph::Key key);
 
 struct SchurOptions {
-  double damping = 1e-10;  // at first, as a part of the diagonal: little, since a robot moves as a whole against all of it
+  double damping =
+      1e-10;  // at first, as a part of the diagonal: little, since a robot moves as a whole against all of it
   // S is sent anew when what a step promises has not fallen to this part of what the step before promised.
   double fresh_ratio = 0.05;
   double weight_change = 0.1;  // of a factor since S, beyond which its robot sends it anew

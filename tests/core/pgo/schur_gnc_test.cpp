@@ -96,7 +96,9 @@ class Team {
 
 }  // namespace
 
-TEST_CASE("graduated non-convexity over second-order steps keeps lone closures and ends where the central one does") {
+TEST_CASE(
+    "graduated non-convexity over second-order steps keeps lone closures and ends where the central one "
+    "does") {
   const StataWorld world = stata_like({.poses_per_robot = 600, .closures_per_robot = 50});
   const Poses start = robust_start(world.graph, {.min_inliers = 1}).poses;
   const Run run = Team(world.graph, start).run();
