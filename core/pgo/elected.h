@@ -26,7 +26,7 @@ namespace covey::pgo {
 struct ElectedOptions {
   PackingOptions packing{};
   double barc2 = 16.812;
-  NoiseOptions noise{};    // of full covariances
+  NoiseOptions noise{};  // of full covariances
   double mu_step = 1.4;  // of graduated non-convexity
   AlignmentOptions alignment{.min_inliers = 1};
 };
