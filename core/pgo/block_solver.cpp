@@ -89,16 +89,13 @@ double drift(const Eigen::VectorXd& now, const Eigen::VectorXd& then) {
   return now.size() == 0 ? 0.0 : (now - then).cwiseAbs().maxCoeff();
 }
 
-// Factorises blocks + shift. Without shared edges all poses may move together, so H and Q are singular by themselves; the shift
-// is relative to each diagonal entry, since precisions may differ by ten orders of magnitude.
-template <int B>
-void factorise_shifted(std::vector<Eigen::Matrix<double, B, B>> diagonal,
-                       const std::vector<Eigen::Matrix<double, B, B>>& off_diagonal,
-                       BlockCholesky<B>& factor) {
-  for (double shift = 1e-9;; shift *= 100.0) {
-    for (auto& block : diagonal)
-      block.diagonal() += shift * block.diagonal().eval() + Eigen::Matrix<double, B, 1>::Constant(1e-12);
-    if (factor.factorise(diagonal, off_diagonal)) return;
+// Without shared edges all poses may move together, so H and Q are singular by themselves; the shift is relative to each
+// diagonal entry, since precisions may differ by ten orders of magnitude.
+void factorise_shifted(graph::BlockCholesky& matrix) {
+  const Eigen::VectorXd diagonal = matrix.diagonal();
+  double shift = 1e-9;
+  while (!matrix.factorise(((shift * diagonal).array() + 1e-12).matrix())) {
+    shift *= 100.0;
     COVEY_CHECK(shift < 1.0);
   }
 }
@@ -183,8 +180,8 @@ void BlockSolver::factorise() {
       drift(shared_weights_, factored_shared_weights_) < options_.refactor_change) {
     return;
   }
-  std::vector<Matrix6d> diagonal(poses_, Matrix6d::Zero());
-  std::vector<Matrix6d> off_diagonal;
+  if (!motions_) motions_.emplace(std::vector<int>(poses_, 6), pairs_of(edges_));
+  motions_->set_zero();
   const auto weights = [](const Term& term) {
     Vector6d w;
     w << Eigen::Vector3d::Constant(2.0 * term.tau), Eigen::Vector3d::Constant(4.0 * term.kappa);
@@ -200,42 +197,41 @@ void BlockSolver::factorise() {
   for (const auto* terms : {&private_terms_, &shared_terms_}) {
     for (const Term& term : *terms) {
       const Vector6d w = weights(term);
-      if (term.to >= 0) diagonal[term.to].diagonal() += w;  // its Jacobian is a rotation
+      if (term.to >= 0)
+        motions_->add(term.to, term.to, Matrix6d(w.asDiagonal()));  // its Jacobian is a rotation
       if (term.from < 0) continue;
       const Matrix6d J = jacobian_from(term);
       const Matrix6d Jw = J.transpose() * w.asDiagonal();
-      diagonal[term.from].noalias() += Jw * J;
+      motions_->add(term.from, term.from, Jw * J);
       if (term.to < 0) continue;
       Matrix6d block = Jw;
       block.leftCols<3>() = Jw.leftCols<3>() * term.R;
-      off_diagonal.push_back(block);
+      motions_->add(term.from, term.to, block);
     }
   }
-  if (!motions_) motions_.emplace(poses_, pairs_of(edges_));
-  factorise_shifted(diagonal, off_diagonal, *motions_);
+  factorise_shifted(*motions_);
   factored_edge_weights_ = edge_weights_;
   factored_shared_weights_ = shared_weights_;
   if (normal_) factorise_q();
 }
 
 void BlockSolver::factorise_q() {
-  std::vector<Eigen::Matrix4d> diagonal(poses_, Eigen::Matrix4d::Zero());
-  std::vector<Eigen::Matrix4d> off_diagonal;
+  if (!normal_) normal_.emplace(std::vector<int>(poses_, 4), pairs_of(edges_));
+  normal_->set_zero();
   for (const auto* terms : {&private_terms_, &shared_terms_}) {
     for (const Term& term : *terms) {
       const Eigen::Vector4d w = 2.0 * Eigen::Vector4d(term.kappa, term.kappa, term.kappa, term.tau);
-      if (term.to >= 0) diagonal[term.to].diagonal() += w;
+      if (term.to >= 0) normal_->add(term.to, term.to, Eigen::Matrix4d(w.asDiagonal()));
       if (term.from < 0) continue;
       Eigen::Matrix4d M = Eigen::Matrix4d::Identity();
       M.topLeftCorner<3, 3>() = term.R;
       M.topRightCorner<3, 1>() = term.t;
       const Eigen::Matrix4d MW = M * w.asDiagonal();
-      diagonal[term.from].noalias() += MW * M.transpose();
-      if (term.to >= 0) off_diagonal.emplace_back(-MW);
+      normal_->add(term.from, term.from, MW * M.transpose());
+      if (term.to >= 0) normal_->add(term.from, term.to, -MW);
     }
   }
-  if (!normal_) normal_.emplace(poses_, pairs_of(edges_));
-  factorise_shifted(diagonal, off_diagonal, *normal_);
+  factorise_shifted(*normal_);
 }
 
 // F and, where asked for, its Euclidean gradient; without targets these are zero. Edge by edge: X Q X^T would lose the cost's
@@ -341,18 +337,20 @@ Eigen::VectorXd BlockSolver::shared_residuals(const Lifted& targets, const Lifte
 // To motions of each pose in its own frame, there by H^-1, and back.
 template <int R>
 void BlockSolver::precondition(const Rows<R>& X, const Rows<R>& V, Rows<R>& result) const {
-  Eigen::MatrixXd motions(6 * poses_, 1);
+  Eigen::VectorXd motions(6 * poses_);
   for (int k = 0; k < poses_; ++k) {
     const auto Y = X.template middleCols<3>(4 * k);
     const Eigen::Matrix3d S = Y.transpose().lazyProduct(V.template middleCols<3>(4 * k));
-    motions.col(0).template segment<3>(6 * k) = Y.transpose().lazyProduct(V.col(4 * k + 3));
-    motions.col(0).template segment<3>(6 * k + 3) = 2.0 * vee(S);
+    auto motion = motions.segment<6>(motions_->first_row(k));
+    motion.head<3>() = Y.transpose().lazyProduct(V.col(4 * k + 3));
+    motion.tail<3>() = 2.0 * vee(S);
   }
-  motions_->solve(motions);
+  motions = motions_->solve(motions);
   for (int k = 0; k < poses_; ++k) {
     const auto Y = X.template middleCols<3>(4 * k);
-    result.col(4 * k + 3) = Y.lazyProduct(motions.col(0).template segment<3>(6 * k));
-    result.template middleCols<3>(4 * k) = Y.lazyProduct(hat(motions.col(0).template segment<3>(6 * k + 3)));
+    const Vector6d motion = motions.segment<6>(motions_->first_row(k));
+    result.col(4 * k + 3) = Y.lazyProduct(motion.head<3>());
+    result.template middleCols<3>(4 * k) = Y.lazyProduct(hat(motion.tail<3>()));
   }
   if constexpr (R == Eigen::Dynamic) {
     // What lies outside of the range of each Y.
@@ -365,9 +363,12 @@ void BlockSolver::precondition(const Rows<R>& X, const Rows<R>& V, Rows<R>& resu
     };
     Rows<R> normal = V;
     normal_part(normal);
-    Eigen::MatrixXd solved = normal.transpose();
-    normal_->solve(solved);
-    normal = solved.transpose();
+    Eigen::MatrixXd columns(normal.cols(), normal.rows());
+    for (int k = 0; k < poses_; ++k)
+      columns.middleRows<4>(normal_->first_row(k)) = normal.template middleCols<4>(4 * k).transpose();
+    columns = normal_->solve(columns);
+    for (int k = 0; k < poses_; ++k)
+      normal.template middleCols<4>(4 * k) = columns.middleRows<4>(normal_->first_row(k)).transpose();
     normal_part(normal);
     result += normal;
   }

@@ -33,7 +33,7 @@
 #include <vector>
 
 #include "core/geometry/se3.h"
-#include "core/pgo/block_cholesky.h"
+#include "core/graph/block_cholesky.h"
 
 namespace covey::pgo {
 
@@ -152,8 +152,8 @@ class BlockSolver {
   std::vector<Term> shared_terms_;
   Eigen::VectorXd factored_edge_weights_;
   Eigen::VectorXd factored_shared_weights_;
-  std::optional<BlockCholesky<6>> motions_;  // the factor of H
-  std::optional<BlockCholesky<4>> normal_;   // of Q
+  std::optional<graph::BlockCholesky> motions_;  // the factor of H
+  std::optional<graph::BlockCholesky> normal_;   // of Q
 };
 
 }  // namespace covey::pgo

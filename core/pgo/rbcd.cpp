@@ -19,6 +19,22 @@ namespace {
 // A message of n numbers that are not poses, as the other dpgo messages: fingerprint, utime, from, to, round, anchor, number, n.
 std::int64_t encoded_numbers(std::int64_t n) { return 8 + 8 + 4 + 4 + 8 + 4 + 4 + 4 + 8 * n; }
 
+// A block's public poses at the start with the figures that a message has; from then on its robot means these, too.
+std::vector<SE3> send_start(const RobotBlock& block, const Poses& start, std::int64_t& bytes) {
+  std::vector<double> values;
+  for (const int k : block.public_poses) append_pose(start[block.first + k], values);
+  dpgo_start_t message{};
+  message.n = static_cast<std::int32_t>(block.public_poses.size());
+  message.ids = block.public_poses;
+  message.segments.resize(block.public_poses.size());
+  message.T_S_K.assign(values.begin(), values.end());
+  message.n_values = static_cast<std::int32_t>(values.size());
+  bytes += message.getEncodedSize();
+  std::vector<SE3> sent;
+  for (int k = 0; k < message.n; ++k) sent.push_back(pose_at(message.T_S_K, k));
+  return sent;
+}
+
 class Team {
  public:
   Team(const PoseGraph& graph, const Poses& start, const RbcdOptions& options);
@@ -37,6 +53,7 @@ class Team {
   std::vector<Lifted> public_parts(const std::vector<Lifted>& X) const;
   const std::vector<Lifted>& known_to(int b);
   void tell_gradient(int b);
+  int watched() const { return size() + (asynchronous() ? options_.max_delay : 0); }  // updates
   bool settled() const;
   Poses rounded() const;
   std::int64_t bytes_sent() const;
@@ -71,18 +88,9 @@ Team::Team(const PoseGraph& graph, const Poses& start, const RbcdOptions& option
     Lifted X(options.rank, 4 * block.solver.poses());
     for (int k = 0; k < block.solver.poses(); ++k)
       X.middleCols<4>(4 * k) = lift(start[block.first + k], options.rank);
-    // What is said first has the figures of a message, and is meant by its sender, too.
-    dpgo_start_t message{};
-    std::vector<double> values;
-    for (const int k : block.public_poses) append_pose(start[block.first + k], values);
-    message.n = static_cast<std::int32_t>(block.public_poses.size());
-    message.ids.resize(block.public_poses.size());
-    message.segments.resize(block.public_poses.size());
-    message.T_S_K.assign(values.begin(), values.end());
-    message.n_values = static_cast<std::int32_t>(values.size());
-    evidence_.bytes["start"] += message.getEncodedSize();
-    for (int k = 0; k < message.n; ++k)
-      X.middleCols<4>(4 * block.public_poses[k]) = lift(pose_at(message.T_S_K, k), options.rank);
+    const std::vector<SE3> sent = send_start(block, start, evidence_.bytes["start"]);
+    for (std::size_t k = 0; k < sent.size(); ++k)
+      X.middleCols<4>(4 * block.public_poses[k]) = lift(sent[k], options.rank);
     X_.push_back(std::move(X));
   }
   said_ = public_parts(X_);
@@ -168,13 +176,18 @@ void Team::update(int b) {
     if (static_cast<int>(past_.size()) > options_.max_delay) past_.pop_back();
   }
   if (evidence.sent) {
+    double change = after - step.cost_before;
+    if (asynchronous()) {  // what nobody sees: against where the neighbours are by now
+      const Lifted now = targets_of(block, said_);
+      change = block.solver.cost(now, X) - block.solver.cost(now, X_[b]);
+    }
+    evidence.cost_after += change;
     X_[b] = std::move(X);
     said_[b] = std::move(said);
     if (!block.public_poses.empty()) evidence_.bytes["update"] += message.getEncodedSize();
-    evidence.cost_after =
-        asynchronous() ? cost_at(X_, said_) : evidence.cost_before - (step.cost_before - after);
   }
   costs_.push_front(evidence.cost_after);
+  costs_.resize(std::min<std::size_t>(costs_.size(), watched() + 1));
   evidence_.updates.push_back(evidence);
   ++evidence_.block_updates;
   const int turn = evidence_.block_updates % size();
@@ -219,9 +232,8 @@ void Team::accelerate() {
 }
 
 bool Team::settled() const {
-  const auto span = static_cast<std::size_t>(size() + (asynchronous() ? options_.max_delay : 0));
-  if (costs_.size() <= span) return false;
-  const auto [low, high] = std::minmax_element(costs_.begin(), costs_.begin() + static_cast<int>(span) + 1);
+  if (static_cast<int>(costs_.size()) <= watched()) return false;
+  const auto [low, high] = std::minmax_element(costs_.begin(), costs_.end());
   return *high - *low <= options_.tolerance * *high;
 }
 
