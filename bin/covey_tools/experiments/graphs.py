@@ -41,15 +41,14 @@ class Task:
 
 def tasks(quick):
     """What is run; the central solver of a graph before the others."""
-    graphs = ("tinyGrid3D", "smallGrid3D", "intel", "sphere2500", "torus3D") if quick else tuple(OPTIMA)
     teams = (1, 5) if quick else TEAMS
-    for graph in graphs:
+    for graph in OPTIMA:
         for robots in teams:
             if robots == 1:
                 yield Task(graph, 1, "l2", repeats=3)
             else:
                 yield from (Task(graph, robots, solver) for solver in ("rbcd", "schur"))
-    for graph in ("intel",) if quick else tuple(ROBUST):
+    for graph in ("intel", "tunnels") if quick else tuple(ROBUST):
         robots, barc2 = ROBUST[graph]
         yield from (Task(graph, robots, solver, barc2) for solver in ("gnc", "dgnc", "elected"))
 
