@@ -51,10 +51,12 @@ struct AgreedProblem {
   std::map<int, OpenedMember> members;  // of the whole round
   GraphSnapshot graph;                  // own; without the shared loops that only one end knows
   std::vector<SegmentStart> starts;     // own, by segment
-  std::vector<SharedLoop> ends;          // the loops with others of the part
+  std::vector<SharedLoop> ends;         // the loops with others of the part
   std::vector<int> offsets;             // of each own segment's first pose among all own poses
   std::vector<int> public_index;        // of each own public keyframe among all own poses
   StartFrames frames;
+  // Frames that one loop alone ties together: nothing contradicts it, so it is a known inlier.
+  std::vector<std::pair<StartFrame, StartFrame>> lone_pairs;
   std::vector<std::string> warnings;
 
   int robot() const { return graph.robot; }

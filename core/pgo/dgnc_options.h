@@ -22,29 +22,32 @@ struct DgncOptions {
   bool full_covariances = false;
   int dimension = 3;  // 2: the poses are in the plane; `elected` takes advantage of it
 
-  int rank = 5;  // of the lifted poses
-
   // Truncation of a loop's squared residual; the 0.99 quantile of chi-square with 6 degrees of freedom.
   double barc2 = 16.812;
   bool robust = true;  // false: plain least squares, one stage of at most max_updates
 
-  double mu_step = 2.0;     // factor between stages; the paper's is 1.4 (DECISIONS.md has both measured)
+  int rounds = 10;          // stages until weights are binary, with mu_step 0
+  double mu_step = 0.0;     // factor of mu between stages; 0: as it takes for `rounds`. The paper's is 1.4
   double mu_max = 30.0;     // beyond, weights are made binary
   int updates = 15;         // per stage, at most (T of the paper)
   int final_updates = 100;  // per stage with binary weights, at most
-  int final_stages = 3;     // at most: the last ones only follow loops that changed sides
+  int final_stages = 4;     // at most: the last ones only follow loops that changed sides
   int max_updates = 2000;   // without robustness
+  int total_updates = 0;  // the round ends where it is after so many; 0: no limit. The paper's early stop: 50
 
   // A stage ends early when an update lowers the team's cost by less than this part of it.
-  double tolerance = 1e-4;
-  double final_tolerance = 1e-6;  // the same with binary weights
-  bool momentum = true;           // Nesterov's, restarted when it overshoots
+  double tolerance = 3e-4;
+  double final_tolerance = 1e-9;  // the same when weights are binary and no loop has changed sides
+  int look_back = 8;              // updates that Anderson's acceleration combines the newest with
 
   AlignmentOptions alignment{.min_inliers = 1};
-  BlockSolverOptions block{.max_outer = 1, .max_inner = 10};  // more per update costs time and gains nothing
+  bool local_start = true;  // segments that come from odometry alone are first solved by their own loops
+  double resolution =
+      16.0;  // units per root mean square of the steps that are sent; four times as many in the end
+  BlockSolverOptions block{.max_outer = 1, .max_inner = 20};  // more per update costs time and gains nothing
 };
 
-// Of those by which all members of a round must decide alike. Not of `alignment` and `block`: what one member makes by
+// Of those by which all members of a round must decide alike. Not of the last ones: what one member makes by
 // these the others take as it comes.
 inline std::uint64_t common_hash(const DgncOptions& options) {
   Hash hash;
@@ -61,8 +64,9 @@ inline std::uint64_t common_hash(const DgncOptions& options) {
                           int{options.full_covariances}, options.dimension}) {
     hash.add(static_cast<std::uint64_t>(value));
   }
-  for (const int value : {options.rank, options.updates, options.final_updates, options.final_stages,
-                          options.max_updates, int{options.robust}, int{options.momentum}}) {
+  for (const int value :
+       {options.rounds, options.updates, options.final_updates, options.final_stages, options.max_updates,
+        options.total_updates, int{options.robust}, options.look_back}) {
     hash.add(static_cast<std::uint64_t>(value));
   }
   return hash.value();

@@ -14,7 +14,10 @@ namespace covey::pgo {
 namespace {
 
 OpeningOptions opening_options(const DgncOptions& options) {
-  return {common_hash(options), options.alignment, options.solver == RoundSolver::kDgnc};
+  const bool dgnc = options.solver == RoundSolver::kDgnc;
+  OpeningOptions opening{common_hash(options), options.alignment, dgnc, {}};
+  if (dgnc && options.robust && options.local_start) opening.local_barc2 = options.barc2;
+  return opening;
 }
 
 ElectedOptions elected_options(const DgncOptions& options) {
@@ -66,7 +69,8 @@ struct DgncRound::State {
                           options.robust ? options.barc2 : std::numeric_limits<double>::infinity());
     result.stages = updates->stages().stages();
     result.updates = updates->updates();
-    result.gradient = updates->gradient();
+    result.stage_results = updates->stage_results();
+    if (!result.stage_results.empty()) result.gradient = result.stage_results.back().gradient;
     result.bytes = mail.bytes();
     done = true;
   }

@@ -19,19 +19,7 @@
 //   3 update 0   only the largest residual of my loops: all take mu_0 from the team's largest
 //   4 ... updates of the poses, in stages of at most T between which weights and mu change
 //
-// Updates. In the paper one robot updates at a time (RBCD); with N robots that all share loops this is N message delays per
-// sweep. Here all update at once, and descent is kept by majorisation: of an edge between two robots, with P_i and P_j the
-// two sides of its residual at the current point and C = (P_i + P_j) / 2,
-//
-//   |p_i - p_j|^2 <= 2 |p_i - C|^2 + 2 |p_j - C|^2      with equality at the current point,
-//
-// so each robot minimises its private edges plus its half of the right-hand side (block_solver.h), and the team's cost falls
-// (Fan, Murphey, "Majorization Minimization Methods for Distributed Pose Graph Optimization", T-RO 2024). The current point
-// is extrapolated by Nesterov's momentum, dropped when the team's gradients say that it overshoots.
-//
-// Weights. Both ends of a shared loop know both poses as they were sent, so both compute the same weight (paper, eq. 14)
-// and no message is spent on it; the lower robot owns the loop where loops are counted. Poses travel as 16-bit
-// differences to what was sent before, so the rounding error of one update is part of the next difference and dies out.
+// The opening is round_opening.h, the updates and their mathematics round_updates.h, the mail round_mail.h.
 //
 // With options.solver = kElected the opening ends after joins and keys, and one robot solves for all (elected_exchange.h).
 //

@@ -15,6 +15,7 @@ struct TeamUpdate {            // sums over the members
   double cost = 0.0;           // before their last update
   double decrease = 0.0;       // by it
   std::int64_t undecided = 0;  // loops
+  double gradient_sq = 0.0;    // of the gradient's norm, before that update
 };
 
 class GncStages {
@@ -24,26 +25,35 @@ class GncStages {
   bool ended(const TeamUpdate& team) const;
   // The next one; the first begins at first_mu, infinite for binary weights. False when there is none.
   bool begin(const TeamUpdate& team, double first_mu);
-  void count_update() { ++stage_updates_; }
+  void count_update() {
+    ++stage_updates_;
+    ++updates_;
+  }
 
   double weight(double r2) const;  // in [0, 1]
+  double rejection() const;        // the smallest r2 of weight 0
   // Whether a loop keeps the round going: it is between the sides, or, with binary weights, has just changed sides.
   bool undecided(double weight, double weight_before) const;
 
   double mu() const { return mu_; }
+  bool binary() const { return final_; }
   int stages() const { return stages_; }
 
  private:
+  double next_mu() const;
+  bool used_up() const;
   bool settled(const TeamUpdate& team) const { return final_stages_ > 1 && team.undecided == 0; }
   bool converged(const TeamUpdate& team) const;
 
   DgncOptions options_;
   double mu_ = 0.0;
+  double leap_ = 0.0;  // factor of mu while it is small
   bool begun_ = false;
   bool final_ = false;  // binary weights
   int final_stages_ = 0;
   int stages_ = 0;
   int stage_updates_ = 0;
+  int updates_ = 0;
 };
 
 }  // namespace covey::pgo

@@ -31,11 +31,12 @@ struct ValuesAreGood {
   bool operator()(const dpgo_keys_t&) const { return true; }
   bool operator()(const dpgo_start_t& m) const { return m.n > 0 && good_poses(m.T_S_K, m.n); }
   bool operator()(const dpgo_alignment_t& m) const { return good_poses(m.T_A_B, m.n); }
-  bool operator()(const dpgo_update_t& m) const {
-    return m.max_residual_sq >= 0.0 && m.max_residual_sq < kLargestResidualSq && std::isfinite(m.cost) &&
-           std::isfinite(m.decrease) && std::isfinite(m.overshoot) && m.rotation_scale >= 0.0F &&
-           m.rotation_scale < 1.0F && m.translation_scale >= 0.0F && m.translation_scale < 1e4F &&
-           m.rows >= 0 && (m.rows == 0 ? m.n_values == 0 : m.n_values % (4 * m.rows) == 0);
+  bool operator()(const dpgo_step_t& m) const {
+    return m.max_residual_sq >= 0.0F && m.max_residual_sq < kLargestResidualSq && std::isfinite(m.cost) &&
+           std::isfinite(m.decrease) && std::isfinite(m.gradient_sq) && m.rotation_unit >= 0.0F &&
+           m.rotation_unit < 1.0F && m.translation_unit >= 0.0F && m.translation_unit < 1e4F &&
+           std::all_of(m.products.begin(), m.products.end(),
+                       [](double value) { return std::isfinite(value); });
   }
   bool operator()(const dpgo_graph_t& m) const { return pgo::values_are_good(m); }
   bool operator()(const dpgo_poses_t& m) const { return pgo::values_are_good(m); }

@@ -7,6 +7,7 @@
 
 #include "core/base/error.h"
 #include "core/pgo/hash.h"
+#include "core/pgo/local_start.h"
 #include "core/pgo/public_poses.h"
 
 namespace covey::pgo {
@@ -31,6 +32,7 @@ RoundOpening::RoundOpening(RoundMail& mail, GraphSnapshot graph, std::vector<Seg
   problem_.name = mail.name();
   problem_.graph = std::move(graph);
   problem_.starts = std::move(starts);
+  if (options.local_barc2) solve_odometry_starts(problem_.graph, *options.local_barc2, problem_.starts);
   send_join(mail, mu);
 }
 
@@ -271,7 +273,6 @@ void RoundOpening::send_alignment(RoundMail& mail) {
   std::map<std::pair<StartFrame, StartFrame>, std::vector<SE3>> candidates;
   const auto add = [&](const StartFrame& from_frame, const StartFrame& to_frame, const SE3& T_S_from,
                        const SE3& T_S_to, const SE3& measurement) {
-    if (problem_.frames.same_solution(from_frame, to_frame)) return;
     const SE3 T = T_S_from * measurement * T_S_to.inverse();
     if (from_frame < to_frame) {
       candidates[{from_frame, to_frame}].push_back(T);
@@ -302,7 +303,10 @@ void RoundOpening::send_alignment(RoundMail& mail) {
   }
   auto m = mail.compose<dpgo_alignment_t>();
   for (const auto& [pair, list] : candidates) {
-    const AlignmentResult aligned = align_pair(list, options_.alignment);
+    AlignmentResult aligned;  // none where an earlier solution has aligned them
+    aligned.total = static_cast<int>(list.size());
+    if (!problem_.frames.same_solution(pair.first, pair.second))
+      aligned = align_pair(list, options_.alignment);
     m.segments_a.push_back(static_cast<std::int16_t>(pair.first.segment));
     m.robots_b.push_back(pair.second.robot);
     m.segments_b.push_back(static_cast<std::int16_t>(pair.second.segment));
@@ -317,12 +321,14 @@ void RoundOpening::send_alignment(RoundMail& mail) {
 
 void RoundOpening::take_alignments(RoundMail& mail) {
   std::vector<PairAlignment> pairs;
+  std::vector<TiedFrames> tied;
   for (const int robot : mail.part()) {
     const auto& m = mail.from<dpgo_alignment_t>(robot);
     for (int k = 0; k < m.n; ++k) {
       const StartFrame a{robot, m.segments_a[k]};
       const StartFrame b{m.robots_b[k], m.segments_b[k]};
       if (!problem_.frames.has(a) || !problem_.frames.has(b)) continue;
+      tied.push_back({a, b, m.loops[k]});
       PairAlignment pair{problem_.frames.index_of(a), problem_.frames.index_of(b), {}};
       pair.alignment.T_A_B = pose_at(m.T_A_B, k);
       pair.alignment.inliers = m.inliers[k];
@@ -333,7 +339,42 @@ void RoundOpening::take_alignments(RoundMail& mail) {
   mail.continue_with(problem_.frames.place(std::move(pairs), problem_.robot()));
   problem_.part = mail.part();
   std::erase_if(problem_.ends, [&](const SharedLoop& end) { return !contains(problem_.part, end.peer); });
+  keep_lone_loops(tied);
   phase_ = Phase::kDone;
+}
+
+// A loop between two frames that nothing else connects, not even through others, fits whatever the rest says.
+void RoundOpening::keep_lone_loops(const std::vector<TiedFrames>& tied) {
+  const auto connected_without = [&](const TiedFrames& bridge) {
+    std::set<StartFrame> reached{bridge.a};
+    for (bool grown = true; grown;) {
+      grown = false;
+      for (const TiedFrames& tie : tied) {
+        if (&tie == &bridge || tie.loops <= 0 || reached.count(tie.a) == reached.count(tie.b)) continue;
+        reached.insert({tie.a, tie.b});
+        grown = true;
+      }
+    }
+    return reached.count(bridge.b) > 0;
+  };
+  for (const TiedFrames& tie : tied) {
+    if (tie.loops == 1 && !connected_without(tie)) problem_.lone_pairs.emplace_back(tie.a, tie.b);
+  }
+  const auto is_lone = [&](const StartFrame& a, const StartFrame& b) {
+    return std::find(problem_.lone_pairs.begin(), problem_.lone_pairs.end(),
+                     std::pair(std::min(a, b), std::max(a, b))) != problem_.lone_pairs.end();
+  };
+  const int me = problem_.robot();
+  for (SharedLoop& end : problem_.ends) {
+    const StartFrame mine{me, problem_.self().segments[end.my_place]};
+    const StartFrame theirs{end.peer, problem_.members.at(end.peer).segments[end.peer_place]};
+    if (is_lone(mine, theirs)) end.loop.known_inlier = true;
+  }
+  for (GraphLoop& loop : problem_.graph.private_loops) {
+    const StartFrame a{me, problem_.segment_place(loop.a.segment)};
+    const StartFrame b{me, problem_.segment_place(loop.b.segment)};
+    if (a != b && is_lone(a, b)) loop.known_inlier = true;
+  }
 }
 
 }  // namespace covey::pgo

@@ -14,6 +14,7 @@
 // Members that no loops connect fall into parts, each with its own anchor (its lowest robot) and frame.
 
 #include <cstdint>
+#include <optional>
 #include <set>
 
 #include "core/pgo/agreed_problem.h"
@@ -26,6 +27,15 @@ struct OpeningOptions {
   std::uint64_t hash = 0;  // of all by which members must decide alike
   AlignmentOptions alignment;
   bool align = true;  // false: it is over after joins and keys, without starts, frames and ends
+  // Truncation of squared residuals by which segments that come from odometry alone are first solved by their own loops
+  // (local_start.h); nothing: they start as odometry has them.
+  std::optional<double> local_barc2;
+};
+
+struct TiedFrames {  // as all members know them
+  StartFrame a;
+  StartFrame b;
+  int loops = 0;
 };
 
 class RoundOpening {
@@ -59,6 +69,7 @@ class RoundOpening {
   void resolve_loops();
   void send_alignment(RoundMail& mail);
   void take_alignments(RoundMail& mail);
+  void keep_lone_loops(const std::vector<TiedFrames>& tied);
 
   OpeningOptions options_;
   Phase phase_ = Phase::kJoin;

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <limits>
 
 namespace covey::pgo {
 namespace {
@@ -15,28 +14,32 @@ double residual_sq(const SE3& T_W_A, const SE3& T_W_B, const SE3& T_A_B, const P
          precision.tau * (T_W_B.translation - predicted.translation).squaredNorm();
 }
 
+constexpr std::size_t kResidualsSaid = 5;
+
 // The lower robot of a pair says when nothing is left between them.
 void warn_of_rejected_pairs(const AgreedProblem& problem, double barc2, RoundResult& result) {
   struct Pair {
-    int total = 0;
-    int rejected = 0;
-    double smallest = std::numeric_limits<double>::infinity();
+    std::vector<double> r2;
+    bool kept = false;
   };
   std::map<int, Pair> pairs;
   for (const LoopResult& loop : result.loops) {
     const int peer = problem.other_end(loop.loop).robot;
     if (peer <= problem.robot()) continue;
     Pair& pair = pairs[peer];
-    ++pair.total;
-    if (loop.weight == 0.0) ++pair.rejected;
-    pair.smallest = std::min(pair.smallest, loop.r2);
+    pair.r2.push_back(loop.r2);
+    pair.kept = pair.kept || loop.weight > 0.0;
   }
-  for (const auto& [peer, pair] : pairs) {
-    if (pair.rejected < pair.total) continue;
+  for (auto& [peer, pair] : pairs) {
+    if (pair.kept) continue;
+    std::sort(pair.r2.begin(), pair.r2.end());
+    const std::size_t total = pair.r2.size();
+    pair.r2.resize(std::min(total, kResidualsSaid));
     result.warnings.push_back(
-        fmt::format("all {} closures of robots {}-{} were rejected; the smallest squared residual is "
-                    "{:.4g} against barc^2 {:.4g}",
-                    pair.total, problem.robot(), peer, pair.smallest, barc2));
+        fmt::format("all {} closures of robots {}-{} were rejected; their {}squared residuals are {:.4g} "
+                    "against barc^2 {:.4g}",
+                    total, problem.robot(), peer, total > kResidualsSaid ? "smallest " : "",
+                    fmt::join(pair.r2, ", "), barc2));
   }
 }
 
@@ -111,6 +114,12 @@ void add_loop(const LoopResult& loop, bool owned, double barc2, RoundResult& res
 
 void add_warnings(const AgreedProblem& problem, double barc2, RoundResult& result) {
   warn_of_rejected_pairs(problem, barc2, result);
+  for (const auto& [a, b] : problem.lone_pairs) {
+    if (a.robot != problem.robot() || a.robot == b.robot) continue;
+    result.warnings.push_back(fmt::format(
+        "one closure alone joins robots {}-{}: it is kept, and nothing can confirm or contradict it", a.robot,
+        b.robot));
+  }
   for (const SegmentResult& segment : result.segments) {
     if (segment.placed) continue;
     result.warnings.push_back(

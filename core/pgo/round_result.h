@@ -26,6 +26,17 @@ struct SegmentResult {
   std::vector<SE3> T_W_K;
 };
 
+struct StageResult {      // between two changes of the weights
+  double mu = 0.0;        // infinite for binary weights
+  int updates = 0;        // of each robot
+  double cost = 0.0;      // of the part, weighted, before the stage's last update
+  double gradient = 0.0;  // norm of its Riemannian gradient there
+  int weights_zero = 0;   // own loops: private, or shared with a higher robot
+  int weights_between = 0;
+  int weights_one = 0;
+  std::int64_t bytes = 0;  // sent by this robot since the stage before, as encoded
+};
+
 struct RoundResult {  // of this robot
   RoundName name;
   int anchor = 0;           // of this robot's part of the team: W is its O
@@ -42,11 +53,12 @@ struct RoundResult {  // of this robot
       0.0;  // odometry r2 + min(r2, barc2) over private loops and those shared with a higher robot; sums to the team's
   int stages = 0;
   int updates = 0;
-  double gradient = 0.0;  // norm of this robot's Riemannian gradient before its last update
+  double gradient = 0.0;  // norm of the part's Riemannian gradient before the last update
   int weights_zero = 0;   // own loops: private, or shared with a higher robot
   int weights_between = 0;
   int weights_one = 0;
   std::int64_t bytes = 0;  // that this robot sent in the round, as encoded
+  std::vector<StageResult> stage_results;
   std::vector<std::string> warnings;
 };
 
@@ -61,7 +73,8 @@ struct RoundSolution {
 std::vector<SegmentResult> placed_segments(const AgreedProblem& problem, const std::vector<SE3>& T_root_K);
 
 // All but stages, updates, gradient and bytes. barc2: infinite for plain least squares. Warns of pairs of robots none of
-// whose loops were kept, and of segments without a place in W.
+// whose loops were kept, with their residuals, of loops that alone join two parts of the team, and of segments without a
+// place in W.
 RoundResult round_result(const AgreedProblem& problem, const RoundSolution& solution, double barc2);
 
 // Its pieces, for whoever comes to poses and weights another way. Counts a loop, and its cost where this robot owns it.

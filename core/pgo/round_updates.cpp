@@ -2,26 +2,44 @@
 #include "core/pgo/round_updates.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <utility>
 
-#include "core/pgo/public_poses.h"
+#include "core/pgo/pose_steps.h"
 #include "core/pgo/tls.h"
 
 namespace covey::pgo {
 namespace {
 
-Lifted lift_all(const std::vector<SE3>& poses, int rank) {
-  Lifted X(rank, 4 * static_cast<Eigen::Index>(poses.size()));
+// Nothing leaves the rotations that rounds start from for a higher rank: their gradient has no part there.
+constexpr int kRank = 3;
+constexpr double kRounding = 1e-6;  // of costs as they are said
+
+Lifted lift_all(const std::vector<SE3>& poses) {
+  Lifted X(kRank, 4 * static_cast<Eigen::Index>(poses.size()));
   for (std::size_t k = 0; k < poses.size(); ++k)
-    X.middleCols<4>(4 * static_cast<Eigen::Index>(k)) = lift(poses[k], rank);
+    X.middleCols<4>(4 * static_cast<Eigen::Index>(k)) = lift(poses[k], kRank);
   return X;
 }
 
-std::vector<SE3> round_all(const Lifted& X_root, const Lifted& X) {
+std::vector<SE3> poses_of(const Lifted& X) {
   std::vector<SE3> poses;
-  for (Eigen::Index k = 0; k < X.cols(); k += 4) poses.push_back(round_to_pose(X_root, X.middleCols<4>(k)));
+  for (Eigen::Index k = 0; k < X.cols(); k += 4)
+    poses.push_back({SO3::from_matrix(X.middleCols<3>(k)), X.col(k + 3)});
   return poses;
+}
+
+Lifted combination(const std::deque<Lifted>& results, const std::vector<double>& coefficients) {
+  Lifted sum = coefficients[0] * results[0];
+  for (std::size_t k = 1; k < coefficients.size(); ++k) sum += coefficients[k] * results[k];
+  return sum;
+}
+
+template <typename T>
+void push(T value, std::size_t most, std::deque<T>& newest_first) {
+  newest_first.push_front(std::move(value));
+  if (newest_first.size() > most) newest_first.pop_back();
 }
 
 double largest(const Eigen::VectorXd& r2) { return r2.size() == 0 ? 0.0 : r2.maxCoeff(); }
@@ -29,7 +47,7 @@ double largest(const Eigen::VectorXd& r2) { return r2.size() == 0 ? 0.0 : r2.max
 }  // namespace
 
 RoundUpdates::RoundUpdates(const AgreedProblem& problem, const DgncOptions& options)
-    : problem_(problem), options_(options), stages_(options) {
+    : problem_(problem), options_(options), stages_(options), anderson_(options.look_back) {
   std::vector<PrivateEdge> edges;
   for (std::size_t s = 0; s < problem.graph.segments.size(); ++s) {
     const auto& poses = problem.graph.segments[s].poses;
@@ -48,21 +66,20 @@ RoundUpdates::RoundUpdates(const AgreedProblem& problem, const DgncOptions& opti
     shared.push_back({problem.public_index[end.my_place], end.loop.a.robot == problem.robot(), end.loop.T_A_B,
                       end.loop.precision.kappa, end.loop.precision.tau});
   }
-  X_ = lift_all(problem.own_start(), options.rank);
-  X_before_ = X_;
+  results_ = {lift_all(problem.own_start())};
   for (const int robot : problem.part) {
     Member& member = members_[robot];
-    member.now = lift_all(problem.public_start(robot), options.rank);
-    member.before = member.now;
+    member.sent = problem.public_start(robot);
+    member.results = {lift_all(member.sent)};
   }
   private_weights_ = Eigen::VectorXd::Ones(static_cast<Eigen::Index>(problem.graph.private_loops.size()));
   shared_weights_ = Eigen::VectorXd::Ones(static_cast<Eigen::Index>(shared.size()));
-  solver_ = std::make_unique<BlockSolver>(problem.graph.poses(), options.rank, std::move(edges),
-                                          std::move(shared), options.block);
+  solver_ = std::make_unique<BlockSolver>(problem.graph.poses(), kRank, std::move(edges), std::move(shared),
+                                          options.block);
 }
 
 Eigen::VectorXd RoundUpdates::private_residuals() const {
-  return solver_->edge_residuals(X_).tail(private_weights_.size());
+  return solver_->edge_residuals(results_.front()).tail(private_weights_.size());
 }
 
 // From the poses as sent, which both ends know.
@@ -72,59 +89,60 @@ Eigen::VectorXd RoundUpdates::shared_residuals() const {
     const SharedLoop& end = problem_.ends[e];
     const SharedEdge& edge = solver_->shared()[e];
     const Lifted difference =
-        my_side(edge, members_.at(problem_.robot()).now.middleCols<4>(4 * end.my_place)) -
-        other_side(edge, members_.at(end.peer).now.middleCols<4>(4 * end.peer_place));
+        my_side(edge, members_.at(problem_.robot()).results.front().middleCols<4>(4 * end.my_place)) -
+        other_side(edge, members_.at(end.peer).results.front().middleCols<4>(4 * end.peer_place));
     r2[static_cast<Eigen::Index>(e)] = weighted_square(difference, edge.kappa, edge.tau);
   }
   return r2;
 }
 
 void RoundUpdates::send_first(RoundMail& mail) const {
-  auto m = mail.compose<dpgo_update_t>();
+  auto m = mail.compose<dpgo_step_t>();
   // One loop without any sense must not make this message one that the others refuse: nobody would go on.
-  m.max_residual_sq =
-      std::min(std::max(largest(private_residuals()), largest(shared_residuals())), 0.5 * kLargestResidualSq);
+  m.max_residual_sq = static_cast<float>(std::min(
+      std::max(largest(private_residuals()), largest(shared_residuals())), 0.5 * kLargestResidualSq));
   mail.send(std::move(m));
 }
 
 bool RoundUpdates::fits(int robot, const RoundMessage& message) const {
-  const auto* update = std::get_if<dpgo_update_t>(&message);
-  return update != nullptr && pgo::fits(*update, members_.at(robot).now);
+  const auto* step = std::get_if<dpgo_step_t>(&message);
+  if (step == nullptr) return false;
+  std::vector<SE3> sent = members_.at(robot).sent;
+  return step->products.size() == steps_.size() && add_steps(*step, sent);
 }
 
 bool RoundUpdates::advance(RoundMail& mail) {
+  TeamUpdate team;
   for (const int robot : problem_.part) {
-    const auto& m = mail.from<dpgo_update_t>(robot);
+    const auto& m = mail.from<dpgo_step_t>(robot);
     Member& member = members_[robot];
-    member.before = member.now;
-    add_differences(m, member.now);
-    member.cost = m.cost;
-    member.decrease = m.decrease;
-    member.overshoot = m.overshoot;
-    member.max_r2 = m.max_residual_sq;
-    member.undecided = m.undecided;
+    add_steps(m, member.sent);
+    push(lift_all(member.sent), options_.look_back + 1, member.results);
+    member.said = m;
+    team.cost += m.cost;
+    team.decrease += m.decrease;
+    team.gradient_sq += m.gradient_sq;
+    team.undecided += m.undecided;
   }
-  const TeamUpdate team = team_update();
+  const bool worse = team.cost > (1.0 + kRounding) * cost_;
+  if (worse) {
+    take_back();
+    team.decrease = team.cost;  // so nothing has converged
+  }
   if (stages_.ended(team)) {
+    if (updates_ > 0) note_stage(team, mail.bytes());
     if (!stages_.begin(team, first_mu())) return false;
-    momentum_.restart();
+    anderson_.restart();
+    cost_ = std::numeric_limits<double>::infinity();
     set_weights();
+  } else if (!worse) {
+    accelerate(team);
   }
-  auto m = mail.compose<dpgo_update_t>();
+  auto m = mail.compose<dpgo_step_t>();
   update(m);
   encode_public_poses(m);
   mail.send(std::move(m));
   return true;
-}
-
-TeamUpdate RoundUpdates::team_update() const {
-  TeamUpdate team;
-  for (const auto& [robot, member] : members_) {
-    team.cost += member.cost;
-    team.decrease += member.decrease;
-    team.undecided += member.undecided;
-  }
-  return team;
 }
 
 // The team's largest residual says where the surrogate is convex. A start that all left unfinished at the same place goes
@@ -135,7 +153,7 @@ double RoundUpdates::first_mu() const {
   const std::int64_t frame = problem_.frames.solution_of(problem_.frames.root());
   for (const int robot : problem_.part) {
     const dpgo_join_t& join = problem_.members.at(robot).join;
-    max_r2 = std::max(max_r2, members_.at(robot).max_r2);
+    max_r2 = std::max(max_r2, static_cast<double>(members_.at(robot).said.max_residual_sq));
     left_at = std::min(left_at, join.mu);
     for (const std::int64_t solution : join.solutions) {
       if (frame == 0 || solution != frame) left_at = 0.0;
@@ -165,54 +183,132 @@ void RoundUpdates::set_weights() {
   solver_->set_weights(edge_weights, 2.0 * shared_weights_);  // 2: of the majorisation
 }
 
-void RoundUpdates::update(dpgo_update_t& m) {
-  double overshoot = 0.0;
-  for (const auto& [robot, member] : members_) overshoot += member.overshoot;
-  if (overshoot > 0.0) momentum_.restart();
-  const double beta = options_.momentum ? momentum_.next() : 0.0;
-
-  const auto ahead = [&](int robot, int place) -> Lifted {
-    const Member& member = members_.at(robot);
-    const auto now = member.now.middleCols<4>(4 * place);
-    return now + beta * (now - member.before.middleCols<4>(4 * place));
-  };
-  Lifted targets(options_.rank, 4 * static_cast<int>(problem_.ends.size()));
-  for (std::size_t e = 0; e < problem_.ends.size(); ++e) {
-    const SharedLoop& end = problem_.ends[e];
-    const SharedEdge& edge = solver_->shared()[e];
-    targets.middleCols<4>(4 * static_cast<int>(e)) =
-        0.5 * (my_side(edge, ahead(problem_.robot(), end.my_place)) +
-               other_side(edge, ahead(end.peer, end.peer_place)));
+// Everybody combines the last updates by the same numbers, from products that all have summed.
+void RoundUpdates::accelerate(const TeamUpdate& team) {
+  cost_ = team.cost;
+  std::vector<double> products(anderson_.steps() + 1, 0.0);
+  for (const auto& [robot, member] : members_) {
+    for (std::size_t k = 0; k < products.size() && k < member.said.products.size(); ++k)
+      products[k] += member.said.products[k];
   }
-  const Lifted ahead_of_X = beta == 0.0 ? X_ : retract(X_, beta * (X_ - X_before_));
-  const Lifted gradient = solver_->riemannian_gradient(targets, ahead_of_X);
-  Lifted next = ahead_of_X;
-  const BlockStep step = solver_->minimise(targets, next);
-  const Lifted moved = next - X_;
-  m.cost = static_cast<float>(step.cost_before);
-  m.decrease = static_cast<float>(step.cost_before - step.cost_after);
-  m.overshoot = beta == 0.0 ? 0.0F : static_cast<float>(gradient.cwiseProduct(moved).sum());
+  anderson_.add(products);
+}
+
+void RoundUpdates::take_back() {
+  anderson_.restart();
+  cost_ = std::numeric_limits<double>::infinity();
+  results_.pop_front();
+  for (auto& [robot, member] : members_) member.results.pop_front();
+}
+
+void RoundUpdates::note_stage(const TeamUpdate& team, std::int64_t bytes_sent) {
+  StageResult stage;
+  stage.mu = stages_.binary() ? std::numeric_limits<double>::infinity() : stages_.mu();
+  stage.updates = updates_;
+  stage.bytes = bytes_sent;
+  for (const StageResult& before : stage_results_) {
+    stage.updates -= before.updates;
+    stage.bytes -= before.bytes;
+  }
+  stage.cost = team.cost;
+  stage.gradient = std::sqrt(team.gradient_sq);
+  const auto count = [&stage](double weight) {
+    ++(weight == 1.0 ? stage.weights_one : weight == 0.0 ? stage.weights_zero : stage.weights_between);
+  };
+  for (const double weight : private_weights_) count(weight);
+  for (std::size_t e = 0; e < problem_.ends.size(); ++e) {
+    if (problem_.owns(problem_.ends[e])) count(shared_weights_[static_cast<Eigen::Index>(e)]);
+  }
+  stage_results_.push_back(stage);
+}
+
+void RoundUpdates::update(dpgo_step_t& m) {
+  const std::vector<double> blend = anderson_.coefficients();
+  const Lifted fixed = targets(blend);
+  Lifted X = results_.front();
+  if (blend.size() > 1) X = retract(X, combination(results_, blend) - X);
+  Step step{X, solver_->riemannian_gradient(fixed, X)};
+  const BlockStep solved = solver_->minimise(fixed, X);
+  step.moved = X - step.moved;
+  m.cost = static_cast<float>(solved.cost_before);
+  m.decrease = static_cast<float>(solved.cost_before - solved.cost_after);
+  m.gradient_sq = static_cast<float>(solved.gradient_before * solved.gradient_before);
   m.undecided = undecided_;
-  gradient_ = step.gradient_before;
-  X_before_ = std::exchange(X_, std::move(next));
+  push(std::move(X), options_.look_back + 1, results_);
+  remember(std::move(step), m);
   ++updates_;
   stages_.count_update();
 }
 
-void RoundUpdates::encode_public_poses(dpgo_update_t& m) const {
-  Lifted wanted(options_.rank, 4 * static_cast<int>(problem_.public_index.size()));
-  for (int k = 0; k < static_cast<int>(problem_.public_index.size()); ++k) {
-    wanted.middleCols<4>(4 * k) = X_.middleCols<4>(4 * problem_.public_index[k]);
+// The sides of shared loops, halfway between those of the two robots.
+Lifted RoundUpdates::targets(const std::vector<double>& blend) const {
+  std::map<int, Lifted> ahead;
+  for (const auto& [robot, member] : members_) ahead[robot] = combination(member.results, blend);
+  Lifted targets(kRank, 4 * static_cast<Eigen::Index>(problem_.ends.size()));
+  for (std::size_t e = 0; e < problem_.ends.size(); ++e) {
+    const SharedLoop& end = problem_.ends[e];
+    const SharedEdge& edge = solver_->shared()[e];
+    targets.middleCols<4>(4 * static_cast<Eigen::Index>(e)) =
+        0.5 * (my_side(edge, ahead.at(problem_.robot()).middleCols<4>(4 * end.my_place)) +
+               other_side(edge, ahead.at(end.peer).middleCols<4>(4 * end.peer_place)));
   }
-  encode_differences(wanted - members_.at(problem_.robot()).now, m);
+  return targets;
 }
 
+void RoundUpdates::remember(Step step, dpgo_step_t& m) {
+  push(std::move(step), options_.look_back + 1, steps_);
+  for (std::size_t k = 0; k < steps_.size(); ++k) {
+    m.products.push_back(-0.5 * (steps_[0].moved.cwiseProduct(steps_[k].gradient).sum() +
+                                 steps_[k].moved.cwiseProduct(steps_[0].gradient).sum()));
+  }
+  m.n_products = static_cast<std::int8_t>(m.products.size());
+}
+
+void RoundUpdates::encode_public_poses(dpgo_step_t& m) const {
+  Lifted own(kRank, 4 * static_cast<Eigen::Index>(problem_.public_index.size()));
+  for (std::size_t k = 0; k < problem_.public_index.size(); ++k)
+    own.middleCols<4>(4 * static_cast<Eigen::Index>(k)) =
+        results_.front().middleCols<4>(4 * problem_.public_index[k]);
+  const std::vector<SE3> wanted = poses_of(own);
+  encode_steps(members_.at(problem_.robot()).sent, wanted, poses_to_send(wanted),
+               stages_.binary() ? 4.0 * options_.resolution : options_.resolution, m);
+}
+
+// A loop of weight 0 stays so while its residual, as both ends know it, is beyond the limit: a pose may keep back what moves
+// that residual by less than a quarter of the way there, as may the pose at the other end.
+std::vector<bool> RoundUpdates::poses_to_send(const std::vector<SE3>& wanted) const {
+  const std::vector<SE3>& sent = members_.at(problem_.robot()).sent;
+  std::vector<bool> send(sent.size(), false);
+  if (problem_.robot() == problem_.anchor()) send[problem_.root_place()] = true;
+  const Eigen::VectorXd r2 = shared_residuals();
+  const double limit = stages_.rejection();
+  for (std::size_t e = 0; e < problem_.ends.size(); ++e) {
+    const int k = problem_.ends[e].my_place;
+    if (send[k]) continue;
+    if (shared_weights_[e] > 0.0) {
+      send[k] = true;
+      continue;
+    }
+    const SharedEdge& edge = solver_->shared()[e];
+    const double moved = std::sqrt(weighted_square(
+        my_side(edge, lift(wanted[k], kRank)) - my_side(edge, lift(sent[k], kRank)), edge.kappa, edge.tau));
+    send[k] = moved > 0.25 * (std::sqrt(r2[e]) - std::sqrt(limit));
+  }
+  return send;
+}
+
+// Everything as seen from the root.
 RoundSolution RoundUpdates::solution() const {
-  const Lifted X_root = members_.at(problem_.anchor()).now.middleCols<4>(4 * problem_.root_place());
+  const Lifted& X_anchor = members_.at(problem_.anchor()).results.front();
+  const SE3 T_root = poses_of(X_anchor.middleCols<4>(4 * problem_.root_place())).front().inverse();
+  const auto from_root = [&](std::vector<SE3> poses) {
+    for (SE3& T : poses) T = T_root * T;
+    return poses;
+  };
   RoundSolution solution;
-  solution.T_root_K = round_all(X_root, X_);
+  solution.T_root_K = from_root(poses_of(results_.front()));
   for (const auto& [robot, member] : members_)
-    solution.T_root_K_public[robot] = round_all(X_root, member.now);
+    solution.T_root_K_public[robot] = from_root(poses_of(member.results.front()));
   solution.private_weights = private_weights_;
   solution.shared_weights = shared_weights_;
   return solution;

@@ -3,16 +3,36 @@
 
 // The updates of a round of D-GNC (dgnc_round.h), as one robot computes them on its part of an agreed problem: weights and
 // poses, in the stages of gnc_stages.h. Every message but the first follows from those of the same number of all of the part.
+//
+// Updates. In the paper one robot updates at a time (RBCD); with N robots that all share loops this is N message delays per
+// sweep. Here all update at once, and descent is kept by majorisation: of an edge between two robots, with P_i and P_j the
+// two sides of its residual at the current point and C = (P_i + P_j) / 2,
+//
+//   |p_i - p_j|^2 <= 2 |p_i - C|^2 + 2 |p_j - C|^2      with equality at the current point,
+//
+// so each robot minimises its private edges plus its half of the right-hand side (block_solver.h), and the team's cost falls
+// (Fan, Murphey, "Majorization Minimization Methods for Distributed Pose Graph Optimization", T-RO 2024). The current point
+// is the combination of the last updates by Anderson's acceleration (anderson.h), in the metric of the blocks' Hessians: with
+// f = -M^-1 g, the product of two steps is f_a^T M f_b = -f_a^T g_b. An update from a point of higher cost than that of the
+// update before is taken back by all, and the combinations begun anew.
+//
+// Weights. Both ends of a shared loop know both poses as they were sent, so both compute the same weight (paper, eq. 14)
+// and no message is spent on it; the lower robot owns the loop where loops are counted.
+//
+// Poses travel as steps (public_poses.h). One whose loops are all rejected travels only when it has moved so far that one of
+// them might come back.
 
+#include <deque>
+#include <limits>
 #include <map>
 #include <memory>
 #include <vector>
 
 #include "core/pgo/agreed_problem.h"
+#include "core/pgo/anderson.h"
 #include "core/pgo/block_solver.h"
 #include "core/pgo/dgnc_options.h"
 #include "core/pgo/gnc_stages.h"
-#include "core/pgo/momentum.h"
 #include "core/pgo/round_mail.h"
 #include "core/pgo/round_result.h"
 
@@ -28,20 +48,22 @@ class RoundUpdates {
   bool advance(RoundMail& mail);
 
   int updates() const { return updates_; }
-  double gradient() const { return gradient_; }  // its norm, of this robot's block before the last update
+  const std::vector<StageResult>& stage_results() const {
+    return stage_results_;
+  }  // of those that have ended
   const GncStages& stages() const { return stages_; }
   RoundSolution solution() const;
 
  private:
   // What is known of a member of the part, this robot included.
   struct Member {
-    Lifted now;     // public keyframes as sent, r x 4m
-    Lifted before;  // one update earlier
-    double cost = 0.0;
-    double decrease = 0.0;
-    double overshoot = 0.0;
-    double max_r2 = 0.0;
-    int undecided = 0;
+    std::vector<SE3> sent;       // public keyframes, as all know them
+    std::deque<Lifted> results;  // the same after the last updates, newest first
+    dpgo_step_t said;            // the last message
+  };
+  struct Step {       // of this robot's block, by one update
+    Lifted moved;     // from the point that the update began at
+    Lifted gradient;  // there
   };
 
   Eigen::VectorXd private_residuals() const;
@@ -49,23 +71,30 @@ class RoundUpdates {
   TeamUpdate team_update() const;
   double first_mu() const;
   void set_weights();
-  void update(dpgo_update_t& m);
-  void encode_public_poses(dpgo_update_t& m) const;
+  void update(dpgo_step_t& m);
+  Lifted targets(const std::vector<double>& blend) const;
+  void accelerate(const TeamUpdate& team);
+  void take_back();
+  void note_stage(const TeamUpdate& team, std::int64_t bytes_sent);
+  void remember(Step step, dpgo_step_t& m);
+  void encode_public_poses(dpgo_step_t& m) const;
+  std::vector<bool> poses_to_send(const std::vector<SE3>& wanted) const;
 
   const AgreedProblem& problem_;
   DgncOptions options_;
   std::map<int, Member> members_;
   std::unique_ptr<BlockSolver> solver_;  // its private edges: odometry, then the private loops
   int odometry_edges_ = 0;
-  Lifted X_;
-  Lifted X_before_;
+  std::deque<Lifted> results_;  // own poses after the last updates, newest first
+  std::deque<Step> steps_;      // of these updates
   Eigen::VectorXd private_weights_;
   Eigen::VectorXd shared_weights_;
   GncStages stages_;
-  Momentum momentum_;
+  Anderson anderson_;
+  double cost_ = std::numeric_limits<double>::infinity();  // of the team, before the update before the last
   int undecided_ = 0;
   int updates_ = 0;
-  double gradient_ = 0.0;
+  std::vector<StageResult> stage_results_;
 };
 
 }  // namespace covey::pgo

@@ -15,7 +15,7 @@
 #include <covey/dpgo_request_t.hpp>
 #include <covey/dpgo_round_t.hpp>
 #include <covey/dpgo_start_t.hpp>
-#include <covey/dpgo_update_t.hpp>
+#include <covey/dpgo_step_t.hpp>
 #include <covey/imu_t.hpp>
 #include <covey/keyframe_t.hpp>
 #include <covey/lcd_features_t.hpp>
@@ -111,7 +111,7 @@ inline constexpr RadioChannel<dpgo_join_t> kDpgoJoin{"DPGO_JOIN", radio::Module:
 inline constexpr RadioChannel<dpgo_keys_t> kDpgoKeys{"DPGO_KEYS", radio::Module::kDpgo, true};
 inline constexpr RadioChannel<dpgo_start_t> kDpgoStart{"DPGO_START", radio::Module::kDpgo, true};
 inline constexpr RadioChannel<dpgo_alignment_t> kDpgoAlignment{"DPGO_ALIGNMENT", radio::Module::kDpgo, true};
-inline constexpr RadioChannel<dpgo_update_t> kDpgoUpdate{"DPGO_UPDATE", radio::Module::kDpgo, true};
+inline constexpr RadioChannel<dpgo_step_t> kDpgoStep{"DPGO_STEP", radio::Module::kDpgo, true};
 inline constexpr RadioChannel<dpgo_graph_t> kDpgoGraph{"DPGO_GRAPH", radio::Module::kDpgo, true};
 inline constexpr RadioChannel<dpgo_poses_t> kDpgoPoses{"DPGO_POSES", radio::Module::kDpgo, true};
 
@@ -125,7 +125,7 @@ inline constexpr RadioChannel<lcd_loop_t> kLcdLoop{"LCD_LOOP", radio::Module::kG
 
 // Every radio channel. radio_bridge lets nothing else cross.
 inline constexpr std::tuple kRadioChannels{kDpgoBeacon, kDpgoRound,     kDpgoRequest, kDpgoJoin,  kDpgoKeys,
-                                           kDpgoStart,  kDpgoAlignment, kDpgoUpdate,  kDpgoGraph, kDpgoPoses,
+                                           kDpgoStart,  kDpgoAlignment, kDpgoStep,  kDpgoGraph, kDpgoPoses,
                                            kLcdWords,   kLcdRequest,    kLcdFeatures, kLcdLoop};
 
 // The same without the types.

@@ -58,7 +58,7 @@ DpgoNode::DpgoNode(Process& process)
   listen(kDpgoKeys);
   listen(kDpgoStart);
   listen(kDpgoAlignment);
-  listen(kDpgoUpdate);
+  listen(kDpgoStep);
   listen(kDpgoGraph);
   listen(kDpgoPoses);
   process.loop().call_every(kTickUs, [this] {
@@ -124,7 +124,7 @@ void DpgoNode::publish_outgoing() {
     void operator()(const dpgo_keys_t& m) { bus.publish(kDpgoKeys, m); }
     void operator()(const dpgo_start_t& m) { bus.publish(kDpgoStart, m); }
     void operator()(const dpgo_alignment_t& m) { bus.publish(kDpgoAlignment, m); }
-    void operator()(const dpgo_update_t& m) { bus.publish(kDpgoUpdate, m); }
+    void operator()(const dpgo_step_t& m) { bus.publish(kDpgoStep, m); }
     void operator()(const dpgo_graph_t& m) { bus.publish(kDpgoGraph, m); }
     void operator()(const dpgo_poses_t& m) { bus.publish(kDpgoPoses, m); }
   };

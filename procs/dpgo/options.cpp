@@ -60,13 +60,12 @@ pgo::AgentOptions read_agent_options(ConfigSection& section) {
   section.read("probability", probability, 0.01, 0.999999);
   dgnc.barc2 = pgo::chi_square_quantile(probability, pgo::pose_degrees_of_freedom(3));
   section.read("barc2", dgnc.barc2, 1e-6, 1e12);
-  section.read("rank", dgnc.rank, 3, 10);
   section.read("updates", dgnc.updates, 1, 1000);
   section.read("final_updates", dgnc.final_updates, 1, 1000);
-  section.read("mu_step", dgnc.mu_step, 1.01, 100.0);
+  if (section.has("mu_step")) section.read("mu_step", dgnc.mu_step, 1.01, 100.0);
   section.read("tolerance", dgnc.tolerance, 0.0, 0.5);
   section.read("final_tolerance", dgnc.final_tolerance, 0.0, 0.5);
-  section.read("momentum", dgnc.momentum);
+  section.read("look_back", dgnc.look_back, 0, 100);
   section.read("alignment_rotation_sigma_rad", dgnc.alignment.rotation_sigma, 1e-4, 3.0);
   section.read("alignment_translation_sigma_m", dgnc.alignment.translation_sigma, 1e-4, 1e3);
   section.read("alignment_min_inliers", dgnc.alignment.min_inliers, 1, 1000);

@@ -149,6 +149,9 @@ void PgoCommand::add_options(CLI::App& app) {
   app.add_option("--start", solver_.start,
                  "where l2 and gnc begin: chordal (l2's own), robust (gnc's own) or odometry")
       ->check(CLI::IsMember({"chordal", "robust", "odometry"}));
+  app.add_option("--mu-step", solver_.mu_step,
+                 "of dgnc: a fixed factor between its stages (the paper's is 1.4) instead of ten stages")
+      ->check(CLI::Range(1.01, 100.0));
   auto* optimum = app.add_option("--optimum", solver_.optimum, "cost to compare with")->check(positive());
   app.add_option("--gap", solver_.gap,
                  "stop at this relative gap to --optimum; exit 1 where it is not reached")

@@ -20,6 +20,7 @@ struct SolverOptions {
   std::string start;              // robust, chordal or odometry; empty: the solver's own
   std::optional<double> optimum;  // stop where cost <= optimum (1 + gap)
   std::optional<double> gap;
+  double mu_step = 0.0;                                  // of dgnc; 0: its adaptive schedule
   pgo::Schedule schedule = pgo::RbcdOptions{}.schedule;  // of rbcd
 };
 

@@ -411,7 +411,7 @@ TEST_CASE("robots with other options solve apart, hold nobody up, and are named"
   for (const DgncOptions& other :
        {changed([](DgncOptions& o) { o.mu_step = 1.4; }), changed([](DgncOptions& o) { o.updates = 3; }),
         changed([](DgncOptions& o) { o.barc2 = 100.0; }), changed([](DgncOptions& o) { o.tolerance = 1e-2; }),
-        changed([](DgncOptions& o) { o.rank = 3; }), changed([](DgncOptions& o) { o.momentum = false; })}) {
+        changed([](DgncOptions& o) { o.rounds = 8; }), changed([](DgncOptions& o) { o.look_back = 0; })}) {
     for (const int odd : {0, 1}) {
       Team team(small_world().graph, {.loss = 0.3, .delay_us = 30'000}, 1, 8 * kSecond);
       team.start(odd, other);
@@ -474,12 +474,12 @@ class Vandal {
          [&] { scratch(m.inliers); }, [&] { scratch(m.T_A_B); }});
     return m;
   }
-  AgentMessage operator()(dpgo_update_t m) {
-    hit({[&] { m.max_residual_sq = real(); }, [&] { m.cost = static_cast<float>(real()); },
-         [&] { m.overshoot = static_cast<float>(real()); }, [&] { m.undecided = whole(); },
-         [&] { m.rows = static_cast<std::int8_t>(whole()); },
-         [&] { m.rotation_scale = static_cast<float>(real()); },
-         [&] { m.translation_scale = static_cast<float>(real()); }, [&] { scratch(m.values); }});
+  AgentMessage operator()(dpgo_step_t m) {
+    hit({[&] { m.max_residual_sq = static_cast<float>(real()); },
+         [&] { m.cost = static_cast<float>(real()); }, [&] { m.gradient_sq = static_cast<float>(real()); },
+         [&] { m.undecided = whole(); }, [&] { scratch(m.products); },
+         [&] { m.rotation_unit = static_cast<float>(real()); },
+         [&] { m.translation_unit = static_cast<float>(real()); }, [&] { scratch(m.code); }});
     return m;
   }
 
