@@ -125,7 +125,7 @@ inline constexpr RadioChannel<lcd_loop_t> kLcdLoop{"LCD_LOOP", radio::Module::kG
 
 // Every radio channel. radio_bridge lets nothing else cross.
 inline constexpr std::tuple kRadioChannels{kDpgoBeacon, kDpgoRound,     kDpgoRequest, kDpgoJoin,  kDpgoKeys,
-                                           kDpgoStart,  kDpgoAlignment, kDpgoStep,  kDpgoGraph, kDpgoPoses,
+                                           kDpgoStart,  kDpgoAlignment, kDpgoStep,    kDpgoGraph, kDpgoPoses,
                                            kLcdWords,   kLcdRequest,    kLcdFeatures, kLcdLoop};
 
 // The same without the types.

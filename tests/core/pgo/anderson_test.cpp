@@ -9,7 +9,8 @@
 namespace covey::pgo {
 namespace {
 
-TEST_CASE("a linear iteration of n dimensions is solved in about n steps, which alone it would take hundreds for") {
+TEST_CASE(
+    "a linear iteration of n dimensions is solved in about n steps, which alone it would take hundreds for") {
   constexpr int kSize = 6;
   std::srand(1);
   const Eigen::MatrixXd basis = Eigen::MatrixXd::Random(kSize, kSize).householderQr().householderQ();
@@ -36,7 +37,8 @@ TEST_CASE("a linear iteration of n dimensions is solved in about n steps, which 
   REQUIRE((x - fixed_point).norm() < 1e-4 * fixed_point.norm());
 }
 
-TEST_CASE("without steps to look back at, or with steps that say nothing, the newest result is taken as it is") {
+TEST_CASE(
+    "without steps to look back at, or with steps that say nothing, the newest result is taken as it is") {
   Anderson none(0);
   none.add({4.0});
   none.add({1.0});

@@ -19,7 +19,8 @@ std::vector<SE3> walk(int n, std::mt19937_64& random) {
 
 double difference(const std::vector<SE3>& a, const std::vector<SE3>& b) {
   double largest = 0.0;
-  for (std::size_t k = 0; k < a.size(); ++k) largest = std::max(largest, (a[k].inverse() * b[k]).log().norm());
+  for (std::size_t k = 0; k < a.size(); ++k)
+    largest = std::max(largest, (a[k].inverse() * b[k]).log().norm());
   return largest;
 }
 
@@ -57,7 +58,8 @@ TEST_CASE("what does not move costs a bit, and a plane three numbers of six") {
   std::normal_distribution<double> normal;
   std::vector<SE3> held(400);
   std::vector<SE3> wanted = held;
-  for (SE3& pose : wanted) pose = {SO3::exp({0.0, 0.0, normal(random)}), {normal(random), normal(random), 0.0}};
+  for (SE3& pose : wanted)
+    pose = {SO3::exp({0.0, 0.0, normal(random)}), {normal(random), normal(random), 0.0}};
   const auto bytes = [&](const std::vector<bool>& chosen, double resolution) {
     dpgo_step_t message{};
     encode_steps(held, wanted, chosen, resolution, message);
