@@ -271,7 +271,6 @@ void RoundOpening::send_alignment(RoundMail& mail) {
   std::map<std::pair<StartFrame, StartFrame>, std::vector<SE3>> candidates;
   const auto add = [&](const StartFrame& from_frame, const StartFrame& to_frame, const SE3& T_S_from,
                        const SE3& T_S_to, const SE3& measurement) {
-    if (problem_.frames.same_solution(from_frame, to_frame)) return;
     const SE3 T = T_S_from * measurement * T_S_to.inverse();
     if (from_frame < to_frame) {
       candidates[{from_frame, to_frame}].push_back(T);
@@ -302,7 +301,9 @@ void RoundOpening::send_alignment(RoundMail& mail) {
   }
   auto m = mail.compose<dpgo_alignment_t>();
   for (const auto& [pair, list] : candidates) {
-    const AlignmentResult aligned = align_pair(list, options_.alignment);
+    const AlignmentResult aligned = problem_.frames.same_solution(pair.first, pair.second)
+                                        ? confirm_same_frame(list, options_.alignment)
+                                        : align_pair(list, options_.alignment);
     m.segments_a.push_back(static_cast<std::int16_t>(pair.first.segment));
     m.robots_b.push_back(pair.second.robot);
     m.segments_b.push_back(static_cast<std::int16_t>(pair.second.segment));

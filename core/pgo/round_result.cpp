@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <limits>
 
 namespace covey::pgo {
 namespace {
@@ -13,31 +12,6 @@ double residual_sq(const SE3& T_W_A, const SE3& T_W_B, const SE3& T_A_B, const P
   const SE3 predicted = T_W_A * T_A_B;
   return precision.kappa * (T_W_B.rotation.matrix() - predicted.rotation.matrix()).squaredNorm() +
          precision.tau * (T_W_B.translation - predicted.translation).squaredNorm();
-}
-
-// The lower robot of a pair says when nothing is left between them.
-void warn_of_rejected_pairs(const AgreedProblem& problem, double barc2, RoundResult& result) {
-  struct Pair {
-    int total = 0;
-    int rejected = 0;
-    double smallest = std::numeric_limits<double>::infinity();
-  };
-  std::map<int, Pair> pairs;
-  for (const LoopResult& loop : result.loops) {
-    const int peer = problem.other_end(loop.loop).robot;
-    if (peer <= problem.robot()) continue;
-    Pair& pair = pairs[peer];
-    ++pair.total;
-    if (loop.weight == 0.0) ++pair.rejected;
-    pair.smallest = std::min(pair.smallest, loop.r2);
-  }
-  for (const auto& [peer, pair] : pairs) {
-    if (pair.rejected < pair.total) continue;
-    result.warnings.push_back(
-        fmt::format("all {} closures of robots {}-{} were rejected; the smallest squared residual is "
-                    "{:.4g} against barc^2 {:.4g}",
-                    pair.total, problem.robot(), peer, pair.smallest, barc2));
-  }
 }
 
 }  // namespace
@@ -110,7 +84,8 @@ void add_loop(const LoopResult& loop, bool owned, double barc2, RoundResult& res
 }
 
 void add_warnings(const AgreedProblem& problem, double barc2, RoundResult& result) {
-  warn_of_rejected_pairs(problem, barc2, result);
+  for (const RejectedPair& pair : rejected_pairs(result.loops, problem.robot()))
+    result.rejected.push_back(sentence(pair, barc2));
   for (const SegmentResult& segment : result.segments) {
     if (segment.placed) continue;
     result.warnings.push_back(
