@@ -183,9 +183,10 @@ std::vector<int> DgncAgent::present_robots(Utime now) const {
 
 std::vector<ApartRobot> DgncAgent::apart(Utime now) const {
   std::vector<ApartRobot> robots;
+  const std::vector<int>& in_frame = solution_.robots;
   for (const auto& [robot, peer] : presence_.peers()) {
     const bool present = presence_.present(robot, now);
-    const bool together = std::binary_search(together_.begin(), together_.end(), robot);
+    const bool together = std::binary_search(in_frame.begin(), in_frame.end(), robot);
     if (present && together) continue;
     const bool was_member = std::binary_search(members_.begin(), members_.end(), robot);
     const Apart why = !present ? Apart::kSilent : was_member ? Apart::kNoClosure : Apart::kNotYet;
@@ -360,7 +361,6 @@ void DgncAgent::keep_result(Utime now) {
   const RoundResult& result = round_->result();
   solution_ = solution_of(result);
   unfinished_.reset();
-  together_ = result.robots;
   members_ = round_->members();
   account_ = {now - last_join_, said_bytes_};
   last_end_ = now;

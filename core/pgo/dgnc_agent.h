@@ -105,8 +105,7 @@ class DgncAgent {
   AgentPhase phase() const;
   int robot() const { return robot_; }
   const Presence& presence() const { return presence_; }
-  const std::vector<int>& together() const { return together_; }  // in one frame by the last round, ascending
-  std::vector<ApartRobot> apart(Utime now) const;                 // ascending
+  std::vector<ApartRobot> apart(Utime now) const;         // ascending
   const GraphSnapshot& graph() const;                     // as of now
   const Solution& solution() const { return solution_; }  // of the last finished round
   const DgncRound* round() const { return round_ ? &*round_ : nullptr; }
@@ -156,8 +155,7 @@ class DgncAgent {
   Solution solution_;               // of the last finished round
   std::optional<Solution> unfinished_;
   std::optional<RoundResult> result_;
-  std::vector<int> together_;  // of it, the robots of this one's part
-  std::vector<int> members_;   // and all who took part
+  std::vector<int> members_;  // of it, whether they ended in this robot's part or not
   RoundAccount account_;
   std::map<std::string, std::size_t> said_bytes_;  // since the round was joined
 

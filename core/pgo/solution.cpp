@@ -21,11 +21,11 @@ std::map<Utime, std::vector<SE3>> placed(std::vector<SegmentResult> segments) {
 }  // namespace
 
 Solution solution_of(const RoundResult& result) {
-  return {result.name, result.frame, result.graph, 0.0, placed(result.segments)};
+  return {result.name, result.frame, result.graph, 0.0, result.robots, placed(result.segments)};
 }
 
 Solution unfinished_solution_of(const DgncRound& round) {
-  return {round.name(), round.frame(), 0, std::min(round.mu(), kLargestMu), placed(round.current())};
+  return {round.name(), round.frame(), 0, std::min(round.mu(), kLargestMu), {}, placed(round.current())};
 }
 
 std::vector<SegmentStart> starts_from(const Solution& solution, const GraphSnapshot& graph) {

@@ -20,6 +20,7 @@ struct Solution {
   std::int64_t frame = 0;                      // name of W; 0 for none
   std::uint64_t graph = 0;                     // hash of what was solved
   double mu = 0.0;                             // where an unfinished round stood; 0 for a finished one
+  std::vector<int> robots;                     // that are in W, ascending; none where the round is unfinished
   std::map<Utime, std::vector<SE3>> segments;  // T_W_K of the placed ones
 };
 

@@ -207,7 +207,7 @@ void DpgoNode::publish_gauges() {
   process_.status().gauge("keyframes", agent_.graph().poses());
   process_.status().gauge("loops", agent_.graph().loops());
   const Utime now = process_.now();
-  const std::vector<int>& together = agent_.together();
+  const std::vector<int>& together = agent_.solution().robots;
   for (const auto& [robot, peer] : agent_.presence().peers()) {
     process_.status().gauge(fmt::format("silent_s/{}", robot), to_seconds(now - peer.heard));
     process_.status().gauge(fmt::format("together/{}", robot),
@@ -217,7 +217,7 @@ void DpgoNode::publish_gauges() {
 
 // Who is apart, whenever that changes; a robot that will be in the next round is no news.
 void DpgoNode::watch_team() {
-  if (agent_.together().empty()) return;
+  if (agent_.solution().robots.empty()) return;
   const std::vector<pgo::ApartRobot> apart = agent_.apart(process_.now());
   std::vector<std::pair<int, pgo::Apart>> now_apart;
   for (const pgo::ApartRobot& robot : apart) {
@@ -225,7 +225,7 @@ void DpgoNode::watch_team() {
   }
   if (now_apart == said_apart_) return;
   said_apart_ = std::move(now_apart);
-  spdlog::info("{}", team_line(agent_.together(), apart));
+  spdlog::info("{}", team_line(agent_.solution().robots, apart));
 }
 
 }  // namespace covey

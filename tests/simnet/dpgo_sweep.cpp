@@ -61,6 +61,17 @@ class World {
     return lossless_[robots] = solve_distributed(among(robots));
   }
 
+  // Of all parts into which closures, or their want, divide these robots.
+  double lossless_cost(const Robots& robots) {
+    double cost = 0.0;
+    for (Robots rest = robots; !rest.empty();) {
+      const Robots part = connected(*rest.begin(), rest);
+      cost += lossless(part).cost;
+      for (const int robot : part) rest.erase(robot);
+    }
+    return cost;
+  }
+
   // The robots that closures connect with `robot`, among these.
   Robots connected(int robot, const Robots& among) const {
     Robots part{robot};
@@ -285,16 +296,13 @@ class Run {
       const Robots expected = world_.connected(robot, reached);
       const RoundResult& result = team_.results().at(robot);
       const Robots together(result.robots.begin(), result.robots.end());
-      // Who left when all was solved is still in the last solution.
-      const bool has_left = std::none_of(together.begin(), together.end(), [&](int other) {
-        return expected.count(other) == 0 && reached.count(other) > 0;
-      });
-      if (!has_left || !std::includes(together.begin(), together.end(), expected.begin(), expected.end())) {
+      // At least with whom closures connect it; with others by an earlier solution, also with those that have left since.
+      if (!std::includes(together.begin(), together.end(), expected.begin(), expected.end())) {
         return fmt::format("robot {} is solved with {}, not with {}", robot, fmt::join(together, " "),
                            fmt::join(expected, " "));
       }
       if (auto failure = wrong_cost(result, together, run); !failure.empty()) return failure;
-      if (auto failure = wrong_names(robot, reached, expected, run); !failure.empty()) return failure;
+      if (auto failure = wrong_names(robot, reached, together, run); !failure.empty()) return failure;
     }
     return "";
   }
@@ -305,19 +313,19 @@ class Run {
       if (ended.count(robot) == 0) return "";  // it has gone with its part of the cost
       cost += ended.at(robot).owned_cost;
     }
-    const double expected = world_.lossless(together).cost;
+    const double expected = world_.lossless_cost(together);
     const double error = std::abs(cost - expected) / std::max(expected, 1.0);  // alone without closures: 0
     run.cost_error = std::max(run.cost_error, error);
     if (error <= kCostError) return "";
     return fmt::format("robots {} end at cost {:.6g}, without loss at {:.6g}", fmt::join(together, " "), cost,
                        expected);
   }
-  std::string wrong_names(int robot, const Robots& reached, const Robots& expected, SweepRun& run) {
+  std::string wrong_names(int robot, const Robots& reached, const Robots& together, SweepRun& run) {
     const DgncAgent& agent = team_.agent(robot);
     Robots named;
     for (const ApartRobot& apart : agent.apart(team_.now())) named.insert(apart.robot);
     for (const auto& [other, peer] : agent.presence().peers()) {
-      const bool apart = reached.count(other) == 0 || expected.count(other) == 0;
+      const bool apart = reached.count(other) == 0 || together.count(other) == 0;
       run.parted = run.parted || apart;
       if (apart != (named.count(other) > 0)) {
         return fmt::format("robot {} {} robot {} as apart", robot, apart ? "does not name" : "names", other);
@@ -332,6 +340,8 @@ class Run {
       if (!complete(results)) continue;
       for (const auto& [robot, result] : results) {
         const Robots together(result.robots.begin(), result.robots.end());
+        // Others are where an earlier round has put them.
+        if (world_.connected(*together.begin(), together).count(robot) == 0) continue;
         const Poses& poses = world_.lossless(together).poses;
         const auto before = std::distance(together.begin(), together.find(robot)) * kKeyframes;
         for (int k = 0; k < kKeyframes; ++k) {
