@@ -224,9 +224,9 @@ void DgncAgent::follow_clock_back(Utime now) {
 void DgncAgent::watch_for_changes(Utime now) {
   std::map<int, std::pair<Utime, std::int64_t>> seen;
   for (const int robot : present_robots(now)) {
-    seen[robot] = robot == robot_
-                      ? std::pair(start_utime_, static_cast<std::int64_t>(graph().hash))
-                      : std::pair(presence_.peer(robot).beacon.start_utime, presence_.peer(robot).beacon.graph);
+    seen[robot] = robot == robot_ ? std::pair(start_utime_, static_cast<std::int64_t>(graph().hash))
+                                  : std::pair(presence_.peer(robot).beacon.start_utime,
+                                              presence_.peer(robot).beacon.graph);
   }
   if (seen != watched_) {
     watched_ = std::move(seen);
@@ -268,7 +268,9 @@ bool DgncAgent::member_lost(Utime now) const {
   for (std::size_t m = 0; m < proposal_.members.size(); ++m) {
     const int robot = proposal_.members[m];
     if (robot == robot_) continue;
-    if (!presence_.present(robot, now) || presence_.peer(robot).beacon.start_utime != proposal_.start_utimes[m]) return true;
+    if (!presence_.present(robot, now) ||
+        presence_.peer(robot).beacon.start_utime != proposal_.start_utimes[m])
+      return true;
   }
   return false;
 }
@@ -298,7 +300,8 @@ void DgncAgent::open_round(Utime now) {
   proposal.round = ++newest_round_;
   for (const int robot : present_robots(now)) {
     proposal.members.push_back(robot);
-    proposal.start_utimes.push_back(robot == robot_ ? start_utime_ : presence_.peer(robot).beacon.start_utime);
+    proposal.start_utimes.push_back(robot == robot_ ? start_utime_
+                                                    : presence_.peer(robot).beacon.start_utime);
   }
   proposal.n = static_cast<std::int32_t>(proposal.members.size());
   join_round(proposal, now);

@@ -19,8 +19,8 @@ namespace covey::pgo {
 struct Peer {
   dpgo_beacon_t beacon;
   Utime beacon_heard = 0;
-  Utime heard = 0;              // anything
-  Utime heard_directly = -1;    // the same, without another one's help; -1: never
+  Utime heard = 0;            // anything
+  Utime heard_directly = -1;  // the same, without another one's help; -1: never
   dpgo_neighbours_t neighbours;
   Utime neighbours_heard = -1;  // -1: never
 };

@@ -9,7 +9,8 @@
 namespace covey::pgo {
 namespace {
 
-constexpr std::size_t kMostResiduals = 10;  // of one pair in a sentence; the smallest are those that nearly fit
+constexpr std::size_t kMostResiduals =
+    10;  // of one pair in a sentence; the smallest are those that nearly fit
 
 std::string residuals_of(const RejectedPair& pair) {
   std::string words;
@@ -52,8 +53,9 @@ std::vector<RejectedPair> rejected_pairs(const std::vector<LoopResult>& loops, i
 }
 
 std::string sentence(const RejectedPair& pair, double barc2) {
-  std::string words = fmt::format("All closures of pair {}-{} were rejected: ", std::min(pair.robot, pair.peer),
-                                  std::max(pair.robot, pair.peer));
+  std::string words =
+      fmt::format("All closures of pair {}-{} were rejected: ", std::min(pair.robot, pair.peer),
+                  std::max(pair.robot, pair.peer));
   if (pair.loops.size() == 1) {
     const GraphLoop& loop = pair.loops.front().loop;
     words += fmt::format("the only one, of keyframe {} of robot {} with keyframe {} of robot {},", loop.a.id,

@@ -19,10 +19,11 @@ struct LoopResult {
 };
 
 struct RejectedPair {
-  int robot = 0;                  // who says it
+  int robot = 0;  // who says it
   int peer = 0;
   std::vector<LoopResult> loops;  // all between the two, ascending by residual
-  std::map<int, int> kept;        // closures of `robot` with others that were kept, by the other one; with itself too
+  std::map<int, int>
+      kept;  // closures of `robot` with others that were kept, by the other one; with itself too
 };
 
 std::vector<RejectedPair> rejected_pairs(const std::vector<LoopResult>& loops, int robot);

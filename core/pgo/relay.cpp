@@ -10,10 +10,10 @@
 namespace covey::pgo {
 namespace {
 
-constexpr int kMostHops = radio::kMaxRobots;    // whatever the robots' hashes have forgotten ends here
-constexpr std::size_t kRemembered = 4096;       // messages passed on
-constexpr std::size_t kKept = 4;                // of rounds, per origin: members are within one message of each other
-constexpr std::size_t kLongestKept = 64'000;   // bytes; what is longer is asked for at its origin
+constexpr int kMostHops = radio::kMaxRobots;  // whatever the robots' hashes have forgotten ends here
+constexpr std::size_t kRemembered = 4096;     // messages passed on
+constexpr std::size_t kKept = 4;  // of rounds, per origin: members are within one message of each other
+constexpr std::size_t kLongestKept = 64'000;  // bytes; what is longer is asked for at its origin
 
 std::uint64_t hash_of(const Bytes& bytes) {
   Hash hash;
@@ -121,10 +121,9 @@ Relay::Kept* Relay::find(int origin, const dpgo_request_t& request) {
   const auto of_origin = kept_.find(origin);
   if (of_origin == kept_.end()) return nullptr;
   const RoundName round{request.round, request.anchor};
-  const auto found =
-      std::find_if(of_origin->second.begin(), of_origin->second.end(), [&](const Kept& kept) {
-        return kept.round == round && kept.number == request.number;
-      });
+  const auto found = std::find_if(of_origin->second.begin(), of_origin->second.end(), [&](const Kept& kept) {
+    return kept.round == round && kept.number == request.number;
+  });
   return found == of_origin->second.end() ? nullptr : &*found;
 }
 

@@ -31,7 +31,8 @@ namespace covey::pgo {
 
 // What was passed on, taken out: one of the two is set.
 struct Unwrapped {
-  const char* refused = nullptr;  // "values", "undecodable", "origin_mismatch" (it is another robot's message)
+  const char* refused =
+      nullptr;  // "values", "undecodable", "origin_mismatch" (it is another robot's message)
   std::optional<AgentMessage> message;
 };
 Unwrapped unwrap(const dpgo_relay_t& relay);

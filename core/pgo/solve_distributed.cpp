@@ -26,8 +26,7 @@ DistributedResult solve_distributed(const PoseGraph& graph, const DistributedOpt
   dgnc.alignment.keep_same_frame = options.start.has_value();
   std::map<int, DgncRound> rounds;
   for (const auto& [robot, member] : team) {
-    rounds.emplace(robot,
-                   DgncRound({1, members.front()}, members, member.graph, member.starts, 0.0, dgnc));
+    rounds.emplace(robot, DgncRound({1, members.front()}, members, member.graph, member.starts, 0.0, dgnc));
   }
 
   DistributedResult result;

@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-
 namespace covey {
 namespace {
 
@@ -25,7 +24,8 @@ std::string word_of(const pgo::ApartRobot& robot) {
 
 std::string round_line(const pgo::RoundResult& result, const pgo::RoundAccount& account) {
   return fmt::format(
-      "round {} of robots {}: cost {:.6g}, gradient {:.3g}, weights {} at 0 / {} between / {} at 1, {} updates in {} "
+      "round {} of robots {}: cost {:.6g}, gradient {:.3g}, weights {} at 0 / {} between / {} at 1, {} "
+      "updates in {} "
       "stages, {:.1f} kB, {:.1f} s",
       result.name.number, fmt::join(result.robots, " "), result.owned_cost, result.gradient,
       result.weights_zero, result.weights_between, result.weights_one, result.updates, result.stages,

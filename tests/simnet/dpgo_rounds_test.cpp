@@ -39,6 +39,62 @@ TEST_CASE("a solution read back after a restart spares the round when nothing is
   REQUIRE(team.agent(1).phase() == AgentPhase::kIdle);
 }
 
+// What a log of its bus would have of the robot: all that it heard, and what it said.
+struct Log {
+  struct Event {
+    Utime utime;
+    AgentMessage message;
+  };
+  std::vector<Event> events;
+  RoundResult result;
+};
+
+Log record(int robot) {
+  Team team(small_graph(), {.loss = 0.2, .delay_us = 30'000});
+  Log log;
+  team.on_message = [&](int to, const AgentMessage& message, Utime now) {
+    if (to == robot) log.events.push_back({now, message});
+  };
+  team.damage = [&](int from, const AgentMessage& message) -> std::optional<AgentMessage> {
+    if (from == robot) log.events.push_back({team.now(), message});
+    return std::nullopt;
+  };
+  team.run_for(3 * kSecond);
+  team.feed_all();
+  REQUIRE(team.run_until_solved(300 * kSecond));
+  log.result = team.results().at(robot);
+  return log;
+}
+
+TEST_CASE("from a log of what it heard and said a robot ends the rounds that it ended then") {
+  for (const int robot : {0, 1}) {
+    const Log log = record(robot);
+    Team alone(small_graph());
+    for (const int other : {0, 1, 2}) alone.stop(other);
+    alone.run_for(kSecond);
+    alone.start(robot);  // another run of the process, which its messages would name
+    alone.feed(robot);
+    DgncAgent& agent = alone.agent(robot);
+    std::optional<RoundResult> last;
+    for (const auto& [utime, message] : log.events) {
+      if (sender_of(message) != robot) {
+        agent.receive(message, utime);
+      } else if (const auto* beacon = std::get_if<dpgo_beacon_t>(&message)) {
+        agent.follow(*beacon);
+      } else if (const auto* proposal = std::get_if<dpgo_round_t>(&message)) {
+        agent.follow(*proposal, utime);
+      }
+      agent.tick(utime);
+      while (agent.advance(utime)) {
+      }
+      if (auto result = agent.take_result()) last = std::move(result);
+    }
+    REQUIRE(last);
+    REQUIRE(last->name == log.result.name);
+    REQUIRE(last->owned_cost == log.result.owned_cost);
+  }
+}
+
 TEST_CASE("what only one robot knows of two is left out, and said") {
   Team team(small_graph(), {.loss = 0.1, .delay_us = 30'000});
   team.feed_all();

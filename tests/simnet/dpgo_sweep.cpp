@@ -359,8 +359,8 @@ class Run {
   static bool complete(const std::map<int, RoundResult>& results) {
     const std::size_t robots = results.begin()->second.robots.size();
     return results.size() == robots && std::all_of(results.begin(), results.end(), [](const auto& of) {
-      return of.second.keyframes == kKeyframes;
-    });
+             return of.second.keyframes == kKeyframes;
+           });
   }
 
   std::string where_it_stands() {
@@ -368,11 +368,11 @@ class Run {
     for (const int robot : team_.running()) {
       const DgncAgent& agent = team_.agent(robot);
       const DgncRound* round = agent.round();
-      words += fmt::format(" robot {}: phase {}, round {} by {} at message {}, waits for {};", robot,
-                           static_cast<int>(agent.phase()), round == nullptr ? 0 : round->name().number,
-                           round == nullptr ? 0 : round->name().anchor,
-                           round == nullptr ? 0 : round->number(),
-                           fmt::join(round == nullptr ? std::vector<int>{} : round->missing(), " "));
+      words +=
+          fmt::format(" robot {}: phase {}, round {} by {} at message {}, waits for {};", robot,
+                      static_cast<int>(agent.phase()), round == nullptr ? 0 : round->name().number,
+                      round == nullptr ? 0 : round->name().anchor, round == nullptr ? 0 : round->number(),
+                      fmt::join(round == nullptr ? std::vector<int>{} : round->missing(), " "));
     }
     for (const auto& [reason, count] : team_.refused()) words += fmt::format(" {} {},", count, reason);
     return words;

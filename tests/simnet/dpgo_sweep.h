@@ -15,13 +15,13 @@
 namespace covey::pgo {
 
 struct SweepRun {
-  std::string story;    // what the seed brought
-  std::string failure;  // empty: everything is as above
+  std::string story;     // what the seed brought
+  std::string failure;   // empty: everything is as above
   double seconds = 0.0;  // of virtual time
   int rounds = 0;
-  int relayed = 0;         // messages that were passed on
+  int relayed = 0;          // messages that were passed on
   double cost_error = 0.0;  // largest, relative to the lossless run
-  bool parted = false;     // some robot was apart in the end
+  bool parted = false;      // some robot was apart in the end
 };
 
 SweepRun run_seed(std::uint64_t seed);

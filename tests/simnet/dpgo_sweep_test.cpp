@@ -49,7 +49,8 @@ TEST_CASE("seeded runs end with all connected robots on the lossless result") {
   REQUIRE(summary.with_relays > 0);
   if (asked == nullptr) return;
   std::cout << fmt::format(
-      "{} runs, {} failed; {} ended in parts, {} with relays; at most {} rounds, {:.0f} s of their time, cost off by "
+      "{} runs, {} failed; {} ended in parts, {} with relays; at most {} rounds, {:.0f} s of their time, "
+      "cost off by "
       "{:.1e}\n",
       summary.runs, summary.failed, summary.parted, summary.with_relays, summary.most_rounds,
       summary.longest_s, summary.cost_error);

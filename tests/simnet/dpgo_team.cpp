@@ -82,6 +82,7 @@ void Team::run_until(Utime end) {
   for (; now_ < end; now_ += kStepUs) {
     network_.deliver_until(now_, [&](int to, int, const AgentMessage& message, Utime t) {
       if (agents_.count(to) == 0) return;
+      if (on_message) on_message(to, message, t);
       const char* reason = agents_.at(to)->receive(message, t - behind_[to]);
       if (reason != nullptr) ++refused_[reason];
       work(to, t - behind_[to]);

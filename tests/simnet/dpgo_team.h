@@ -41,7 +41,8 @@ class Team {
 
   // What is sent in place of a robot's message; none: the message.
   std::function<std::optional<AgentMessage>(int from, const AgentMessage& message)> damage;
-  // Each result as it comes.
+  // Each message as it arrives, and each result as it comes.
+  std::function<void(int to, const AgentMessage& message, Utime now)> on_message;
   std::function<void(int robot, const RoundResult& result)> on_result;
 
   void feed_all() {

@@ -21,7 +21,9 @@ class Vandal {
                 [&] { m.start_utime = whole(); }}),
            m;
   }
-  AgentMessage operator()(dpgo_neighbours_t m) { return hit({[&] { scratch(m.robots); }}), m; }
+  AgentMessage operator()(dpgo_neighbours_t m) {
+    return hit({[&] { scratch(m.robots); }}), m;
+  }
   AgentMessage operator()(dpgo_round_t m) {
     return hit({[&] { scratch(m.members); }, [&] { scratch(m.start_utimes); }, [&] { m.round = whole(); }}),
            m;

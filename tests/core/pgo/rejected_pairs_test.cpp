@@ -21,7 +21,8 @@ TEST_CASE("a pair with nothing left between them is named with the residuals tha
                                     0);
   REQUIRE(pairs.size() == 1);
   REQUIRE(sentence(pairs[0], 16.81) ==
-          "All closures of pair 0-2 were rejected: 2, with squared residuals 120 450 against barc^2 16.81; robot 0 has "
+          "All closures of pair 0-2 were rejected: 2, with squared residuals 120 450 against barc^2 16.81; "
+          "robot 0 has "
           "kept 1 with itself, 1 with robot 1, 1 with robot 3");
 }
 
@@ -29,7 +30,8 @@ TEST_CASE("a lone closure is named with its keyframes") {
   const auto pairs = rejected_pairs({loop(2, 0, 0.0, 120.0)}, 2);
   REQUIRE(pairs.size() == 1);
   REQUIRE(sentence(pairs[0], 16.81) ==
-          "All closures of pair 0-2 were rejected: the only one, of keyframe 5 of robot 2 with keyframe 7 of robot 0, "
+          "All closures of pair 0-2 were rejected: the only one, of keyframe 5 of robot 2 with keyframe 7 of "
+          "robot 0, "
           "with squared residual 120 against barc^2 16.81; robot 2 has kept none with anybody");
 }
 

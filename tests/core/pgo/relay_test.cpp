@@ -66,7 +66,8 @@ TEST_CASE("the robot between two passes on what one says, once, and it comes out
 
 TEST_CASE("nothing is passed on where it is heard anyway, or where nobody hears this robot") {
   Relay relay(1);
-  REQUIRE_FALSE(relay.pass_on(update_of(0, 1), 0, 0, presence_of(1, {{0, {1, 2}}, {2, {0, 1}}}, {0, 2}), kNow));
+  REQUIRE_FALSE(
+      relay.pass_on(update_of(0, 1), 0, 0, presence_of(1, {{0, {1, 2}}, {2, {0, 1}}}, {0, 2}), kNow));
   REQUIRE_FALSE(relay.pass_on(update_of(0, 1), 0, 0, presence_of(1, {{0, {1}}, {2, {}}}, {0, 2}), kNow));
   REQUIRE_FALSE(relay.pass_on(update_of(0, 1), 0, 0, presence_of(1, {{0, {1}}, {2, {1}}}, {0}), kNow));
   // Robot 2 hears the one that passes it on.
