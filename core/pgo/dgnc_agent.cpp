@@ -2,6 +2,7 @@
 #include "core/pgo/dgnc_agent.h"
 
 #include <algorithm>
+#include <numeric>
 #include <type_traits>
 #include <utility>
 
@@ -11,17 +12,20 @@ namespace {
 template <typename T>
 constexpr bool kIsRoundMessage = std::is_constructible_v<RoundMessage, T>;
 
-constexpr std::int64_t kLargestRound =
-    1'000'000'000'000;  // one a second for 30,000 years; leaves room to count on
-
 }  // namespace
 
-int sender_of(const AgentMessage& message) {
-  return std::visit([](const auto& m) { return m.from; }, message);
+std::size_t RoundAccount::total_bytes() const {
+  return std::accumulate(bytes.begin(), bytes.end(), std::size_t{0},
+                         [](std::size_t sum, const auto& type) { return sum + type.second; });
 }
 
 DgncAgent::DgncAgent(int robot, Utime start_utime, const AgentOptions& options)
-    : robot_(robot), start_utime_(start_utime), options_(options), graph_(robot, options.dgnc.noise) {}
+    : robot_(robot),
+      start_utime_(start_utime),
+      options_(options),
+      graph_(robot, options.dgnc.noise),
+      presence_(robot, options.silence_us),
+      relay_(robot) {}
 
 const char* DgncAgent::add(const Keyframe& keyframe) {
   snapshot_.reset();
@@ -50,6 +54,7 @@ void DgncAgent::say(T message, Utime now) {
   message.from = robot_;
   message.to = -1;
   outgoing_.emplace_back(std::move(message));
+  said_bytes_[type_of(outgoing_.back())] += bytes_of(outgoing_.back());
 }
 
 std::vector<AgentMessage> DgncAgent::take_outgoing() { return std::exchange(outgoing_, {}); }
@@ -64,12 +69,31 @@ AgentPhase DgncAgent::phase() const {
 // ---- Receiving ----
 
 const char* DgncAgent::receive(const AgentMessage& message, Utime now) {
+  if (const auto* relay = std::get_if<dpgo_relay_t>(&message)) return receive_relay(*relay, now);
+  return receive_from(message, sender_of(message), 0, now);
+}
+
+const char* DgncAgent::receive_relay(const dpgo_relay_t& relay, Utime now) {
+  if (relay.from == robot_ || relay.origin == robot_) return "own";
+  if (!presence_.knows(relay.from)) return "unknown_sender";
+  presence_.hear(relay.from, true, now);
+  const Unwrapped unwrapped = unwrap(relay);
+  if (unwrapped.refused != nullptr) return unwrapped.refused;
+  return receive_from(*unwrapped.message, relay.from, relay.hops, now);
+}
+
+const char* DgncAgent::receive_from(const AgentMessage& message, int speaker, int hops, Utime now) {
   const int sender = sender_of(message);
   if (sender == robot_) return "own";
-  if (const auto* beacon = std::get_if<dpgo_beacon_t>(&message)) return receive_beacon(*beacon, now);
-  const auto peer = peers_.find(sender);
-  if (peer == peers_.end()) return "unknown_sender";
-  peer->second.heard = now;
+  if (const auto* beacon = std::get_if<dpgo_beacon_t>(&message)) {
+    if (const char* refused = take(*beacon, now)) return refused;
+  }
+  if (!presence_.knows(sender)) return "unknown_sender";
+  presence_.hear(sender, speaker == sender, now);
+  if (const auto* neighbours = std::get_if<dpgo_neighbours_t>(&message)) {
+    if (const char* refused = presence_.take(*neighbours, now)) return refused;
+  }
+  pass_on(message, speaker, hops, now);
   return std::visit(
       [&](const auto& m) -> const char* {
         using T = std::decay_t<decltype(m)>;
@@ -86,19 +110,18 @@ const char* DgncAgent::receive(const AgentMessage& message, Utime now) {
       message);
 }
 
-const char* DgncAgent::receive_beacon(const dpgo_beacon_t& beacon, Utime now) {
-  if (beacon.utime < 0 || beacon.from < 0 || beacon.round < 0 || beacon.round > kLargestRound ||
-      beacon.solved_round < 0 || beacon.keyframes < 0) {
-    return "values";
+// What is passed on is for the robots behind this one: whether it fits a round is theirs to judge.
+void DgncAgent::pass_on(const AgentMessage& message, int speaker, int hops, Utime now) {
+  if (const auto* request = std::get_if<dpgo_request_t>(&message); request != nullptr && hops == 0) {
+    Relay::Repeated repeated = relay_.repeat(*request, presence_, options_.request_us / 2, now);
+    for (dpgo_relay_t& relay : repeated.relays) say(std::move(relay), now);
+    if (repeated.complete) return;
   }
-  const auto known = peers_.find(beacon.from);
-  if (known != peers_.end() && known->second.beacon.start_utime == beacon.start_utime) {
-    // Beacons of one run overtake each other, and an older one says nothing new; unless it is so old that it cannot have
-    // been on its way since: then the robot's clock was set back.
-    const Utime older_by = known->second.beacon.utime - beacon.utime;
-    if (older_by > 0 && older_by < options_.silence_us) return "late";
-  }
-  peers_[beacon.from] = {beacon, now, now};
+  if (auto relay = relay_.pass_on(message, speaker, hops, presence_, now)) say(std::move(*relay), now);
+}
+
+const char* DgncAgent::take(const dpgo_beacon_t& beacon, Utime now) {
+  if (const char* refused = presence_.take(beacon, now)) return refused;
   newest_round_ = std::max(newest_round_, beacon.round);
   return nullptr;
 }
@@ -107,9 +130,7 @@ const char* DgncAgent::receive_round(const dpgo_round_t& proposal, Utime now) {
   const std::vector<int> present = present_robots(now);
   if (graph().poses() == 0) return "not_member";
   if (present.front() < proposal.from) return "not_anchor";
-  const auto found = std::find(proposal.members.begin(), proposal.members.end(), robot_);
-  if (found == proposal.members.end()) return "not_member";
-  if (proposal.start_utimes[found - proposal.members.begin()] != start_utime_) return "not_member";
+  if (!is_member(proposal)) return "not_member";
   if (!std::is_sorted(proposal.members.begin(), proposal.members.end(), std::less_equal<>()) ||
       proposal.round <= 0 || proposal.round > kLargestRound) {
     return "values";
@@ -118,6 +139,13 @@ const char* DgncAgent::receive_round(const dpgo_round_t& proposal, Utime now) {
   if (proposal.round <= solution_.round.number) return "old_round";
   join_round(proposal, now);
   return nullptr;
+}
+
+// Of the round as this run of the process.
+bool DgncAgent::is_member(const dpgo_round_t& proposal) const {
+  const auto found = std::find(proposal.members.begin(), proposal.members.end(), robot_);
+  return found != proposal.members.end() &&
+         proposal.start_utimes[found - proposal.members.begin()] == start_utime_;
 }
 
 const char* DgncAgent::receive_request(const dpgo_request_t& request, Utime now) {
@@ -143,19 +171,27 @@ const char* DgncAgent::receive_round_message(const RoundMessage& message, Utime 
 
 // ---- Presence ----
 
-bool DgncAgent::present(int robot, Utime now) const {
-  if (robot == robot_) return true;
-  const auto peer = peers_.find(robot);
-  return peer != peers_.end() && now - peer->second.heard < options_.silence_us;
-}
-
 std::vector<int> DgncAgent::present_robots(Utime now) const {
   std::vector<int> robots;
   if (graph().poses() > 0) robots.push_back(robot_);
-  for (const auto& [robot, peer] : peers_) {
-    if (present(robot, now) && peer.beacon.keyframes > 0) robots.push_back(robot);
+  for (const auto& [robot, peer] : presence_.peers()) {
+    if (presence_.present(robot, now) && peer.beacon.keyframes > 0) robots.push_back(robot);
   }
   std::sort(robots.begin(), robots.end());
+  return robots;
+}
+
+std::vector<ApartRobot> DgncAgent::apart(Utime now) const {
+  std::vector<ApartRobot> robots;
+  const std::vector<int>& in_frame = solution_.robots;
+  for (const auto& [robot, peer] : presence_.peers()) {
+    const bool present = presence_.present(robot, now);
+    const bool together = std::binary_search(in_frame.begin(), in_frame.end(), robot);
+    if (present && together) continue;
+    const bool was_member = std::binary_search(members_.begin(), members_.end(), robot);
+    const Apart why = !present ? Apart::kSilent : was_member ? Apart::kNoClosure : Apart::kNotYet;
+    robots.push_back({robot, why, together, now - peer.heard});
+  }
   return robots;
 }
 
@@ -168,29 +204,29 @@ void DgncAgent::tick(Utime now) {
   const std::vector<int> robots = present_robots(now);
   if (!robots.empty() && robots.front() == robot_) lead(now);
   if (!last_beacon_ || now - *last_beacon_ >= options_.beacon_us) say_beacon(now);
+  if (!last_neighbours_ || now - *last_neighbours_ >= options_.beacon_us) say_neighbours(now);
   ask_for_missing(now);
 }
 
 // Somebody set the clock: what was noted in its future would hold everything up until it has come that far again.
 void DgncAgent::follow_clock_back(Utime now) {
-  for (auto& [robot, peer] : peers_) {
-    peer.heard = std::min(peer.heard, now);
-    peer.beacon_heard = std::min(peer.beacon_heard, now);
-  }
-  for (Utime* noted : {&last_change_, &last_proposal_, &last_progress_, &last_end_, &last_request_}) {
+  presence_.follow_clock_back(now);
+  for (Utime* noted :
+       {&last_change_, &last_proposal_, &last_progress_, &last_join_, &last_end_, &last_request_}) {
     *noted = std::min(*noted, now);
   }
   if (new_since_) new_since_ = std::min(*new_since_, now);
   last_beacon_.reset();
+  last_neighbours_.reset();
   last_resend_.clear();
 }
 
 void DgncAgent::watch_for_changes(Utime now) {
   std::map<int, std::pair<Utime, std::int64_t>> seen;
   for (const int robot : present_robots(now)) {
-    seen[robot] = robot == robot_
-                      ? std::pair(start_utime_, static_cast<std::int64_t>(graph().hash))
-                      : std::pair(peers_.at(robot).beacon.start_utime, peers_.at(robot).beacon.graph);
+    seen[robot] = robot == robot_ ? std::pair(start_utime_, static_cast<std::int64_t>(graph().hash))
+                                  : std::pair(presence_.peer(robot).beacon.start_utime,
+                                              presence_.peer(robot).beacon.graph);
   }
   if (seen != watched_) {
     watched_ = std::move(seen);
@@ -211,7 +247,7 @@ bool DgncAgent::something_new(Utime now) const {
     return true;
   return std::any_of(robots.begin(), robots.end(), [&](int robot) {
     if (robot == robot_) return false;
-    const Peer& peer = peers_.at(robot);
+    const Peer& peer = presence_.peer(robot);
     if (peer.beacon_heard < last_end_) return false;  // where it stands since, the next one will say
     const dpgo_beacon_t& beacon = peer.beacon;
     const bool in_my_last = beacon.running && RoundName{beacon.round, beacon.anchor} == solution_.round;
@@ -232,12 +268,15 @@ bool DgncAgent::member_lost(Utime now) const {
   for (std::size_t m = 0; m < proposal_.members.size(); ++m) {
     const int robot = proposal_.members[m];
     if (robot == robot_) continue;
-    if (!present(robot, now) || peers_.at(robot).beacon.start_utime != proposal_.start_utimes[m]) return true;
+    if (!presence_.present(robot, now) ||
+        presence_.peer(robot).beacon.start_utime != proposal_.start_utimes[m])
+      return true;
   }
   return false;
 }
 
 void DgncAgent::lead(Utime now) {
+  if (following_) return;
   if (running()) {
     const bool mine = round_->name().anchor == robot_;
     if (!mine || member_lost(now) || now - last_progress_ > options_.stall_us) {
@@ -261,7 +300,8 @@ void DgncAgent::open_round(Utime now) {
   proposal.round = ++newest_round_;
   for (const int robot : present_robots(now)) {
     proposal.members.push_back(robot);
-    proposal.start_utimes.push_back(robot == robot_ ? start_utime_ : peers_.at(robot).beacon.start_utime);
+    proposal.start_utimes.push_back(robot == robot_ ? start_utime_
+                                                    : presence_.peer(robot).beacon.start_utime);
   }
   proposal.n = static_cast<std::int32_t>(proposal.members.size());
   join_round(proposal, now);
@@ -273,14 +313,27 @@ void DgncAgent::say_round(Utime now) {
   say(proposal_, now);
 }
 
+void DgncAgent::follow(const dpgo_beacon_t& own) {
+  following_ = true;
+  start_utime_ = own.start_utime;
+}
+
+void DgncAgent::follow(const dpgo_round_t& own, Utime now) {
+  following_ = true;
+  const bool known = round_ && own.round <= round_->name().number;
+  if (graph().poses() > 0 && !known && own.from == robot_ && is_member(own)) join_round(own, now);
+}
+
 void DgncAgent::join_round(const dpgo_round_t& proposal, Utime now) {
   keep_unfinished();
   proposal_ = proposal;
   newest_round_ = std::max(newest_round_, proposal.round);
   const double mu = unfinished_ ? unfinished_->mu : 0.0;
   std::vector<int> members(proposal.members.begin(), proposal.members.end());
-  round_.emplace(RoundName{proposal.round, proposal.from}, std::move(members), graph(), starts(), mu,
-                 options_.dgnc);
+  round_.emplace(RoundName{proposal.round, proposal.from}, std::move(members), graph(),
+                 starts_from(unfinished_ ? *unfinished_ : solution_, graph()), mu, options_.dgnc);
+  said_bytes_.clear();
+  last_join_ = now;
   last_resend_.clear();
   others_number_ = 0;
   last_progress_ = now;
@@ -289,40 +342,9 @@ void DgncAgent::join_round(const dpgo_round_t& proposal, Utime now) {
   say_beacon(now);
 }
 
-// ---- Starts ----
-
 // A round that is left before its end: its poses and mu are the next start, if it had come to updates.
 void DgncAgent::keep_unfinished() {
-  if (!running() || round_->updates() == 0) return;
-  Solution kept;
-  kept.round = round_->name();
-  kept.frame = round_->frame();
-  kept.mu = round_->mu();
-  for (SegmentResult& segment : round_->current()) {
-    if (segment.placed) kept.segments[segment.segment] = std::move(segment.T_W_K);
-  }
-  unfinished_ = std::move(kept);
-}
-
-std::vector<SegmentStart> DgncAgent::starts() const {
-  const Solution& from = unfinished_ ? *unfinished_ : solution_;
-  std::vector<SegmentStart> starts;
-  for (const Segment& segment : graph().segments) {
-    SegmentStart start;
-    const auto known = from.segments.find(segment.name);
-    if (known != from.segments.end() && !known->second.empty()) {
-      start.solution = from.frame;
-      start.T_S_K = known->second;
-      start.T_S_K.resize(std::min(start.T_S_K.size(), segment.poses.size()));
-    } else {
-      start.T_S_K = {segment.poses.front().T_O_K};
-    }
-    while (start.T_S_K.size() < segment.poses.size()) {
-      start.T_S_K.push_back(start.T_S_K.back() * segment.poses[start.T_S_K.size()].T_P_K);
-    }
-    starts.push_back(std::move(start));
-  }
-  return starts;
+  if (running() && round_->updates() > 0) unfinished_ = unfinished_solution_of(*round_);
 }
 
 // ---- Running rounds ----
@@ -333,16 +355,19 @@ bool DgncAgent::advance(Utime now) {
   last_request_ = now;
   collect(now);
   if (!round_->done()) return true;
-  const RoundResult& result = round_->result();
-  solution_ = {result.name, result.frame, result.graph, 0.0, {}};
-  for (const SegmentResult& segment : result.segments) {
-    if (segment.placed) solution_.segments[segment.segment] = segment.T_W_K;
-  }
-  unfinished_.reset();
-  last_end_ = now;
-  result_ = result;
+  keep_result(now);
   say_beacon(now);
   return true;
+}
+
+void DgncAgent::keep_result(Utime now) {
+  const RoundResult& result = round_->result();
+  solution_ = solution_of(result);
+  unfinished_.reset();
+  members_ = round_->members();
+  account_ = {now - last_join_, said_bytes_};
+  last_end_ = now;
+  result_ = result;
 }
 
 void DgncAgent::collect(Utime now) {
@@ -380,6 +405,15 @@ void DgncAgent::say_beacon(Utime now) {
   beacon.solved_anchor = solution_.round.anchor;
   beacon.solved_graph = static_cast<std::int64_t>(solution_.graph);
   say(beacon, now);
+}
+
+void DgncAgent::say_neighbours(Utime now) {
+  last_neighbours_ = now;
+  dpgo_neighbours_t neighbours{};
+  const std::vector<int> robots = presence_.neighbours(now);
+  neighbours.n = static_cast<std::int32_t>(robots.size());
+  neighbours.robots.assign(robots.begin(), robots.end());
+  say(std::move(neighbours), now);
 }
 
 }  // namespace covey::pgo

@@ -10,8 +10,9 @@
 //   for (const AgentMessage& message : agent.take_outgoing()) ...      // to everyone
 //   if (auto result = agent.take_result()) ...
 //
-// Presence. Every robot says once a second, and when a round begins or ends, what it knows and where it stands
-// (dpgo_beacon_t). A robot not heard for silence_us is away. The lowest robot present that has keyframes is the anchor.
+// Presence. Every robot says once a second, and when a round begins or ends, what it knows and where it stands, and whom it
+// hears (presence.h); messages are passed on between robots that do not hear each other (relay.h). The lowest robot present
+// that has keyframes is the anchor.
 //
 // Rounds. The anchor opens a round (dpgo_round_t, with a number above all it has heard of) when a present robot has
 // something that the last round had not, or did not end that round, or was restarted, and nothing has changed for settle_us
@@ -27,22 +28,21 @@
 // Starts are warm: a segment that has a solution starts from it, with newer keyframes chained on by odometry, so that
 // robots which solved together keep their common frame and only the others are aligned.
 
-#include <covey/dpgo_beacon_t.hpp>
-#include <covey/dpgo_request_t.hpp>
-#include <covey/dpgo_round_t.hpp>
+#include <cstddef>
 #include <map>
 #include <optional>
-#include <variant>
+#include <string>
 #include <vector>
 
 #include "core/base/time.h"
+#include "core/pgo/agent_message.h"
 #include "core/pgo/dgnc_round.h"
+#include "core/pgo/presence.h"
+#include "core/pgo/relay.h"
 #include "core/pgo/robot_graph.h"
+#include "core/pgo/solution.h"
 
 namespace covey::pgo {
-
-using AgentMessage = std::variant<dpgo_beacon_t, dpgo_round_t, dpgo_request_t, dpgo_join_t, dpgo_keys_t,
-                                  dpgo_start_t, dpgo_alignment_t, dpgo_step_t, dpgo_graph_t, dpgo_poses_t>;
 
 struct AgentOptions {
   DgncOptions dgnc;
@@ -54,13 +54,24 @@ struct AgentOptions {
   Utime stall_us = 30 * kUsPerSecond;     // without progress before the anchor opens the round anew
 };
 
-// What a robot keeps of a round: enough to go on from after a restart.
-struct Solution {
-  RoundName round;
-  std::int64_t frame = 0;                      // name of W; 0 for none
-  std::uint64_t graph = 0;                     // hash of what was solved
-  double mu = 0.0;                             // where an unfinished round stood; 0 for a finished one
-  std::map<Utime, std::vector<SE3>> segments;  // T_W_K of the placed ones
+// What a round cost this robot.
+struct RoundAccount {
+  Utime duration_us = 0;                     // from joining to the end
+  std::map<std::string, std::size_t> bytes;  // said meanwhile, by type, each message once
+  std::size_t total_bytes() const;
+};
+
+// Another robot that is known of, and not there or not in this robot's frame.
+enum class Apart {
+  kSilent,     // nothing is heard of it
+  kNoClosure,  // it was in the last round, in another part: nothing connects the two
+  kNotYet      // it was not in the last round
+};
+struct ApartRobot {
+  int robot = 0;
+  Apart why = Apart::kNotYet;
+  bool has_my_frame = false;  // by the last round; only where it is silent since
+  Utime silent_us = 0;        // for how long nothing has been heard
 };
 
 enum class AgentPhase { kIdle, kWaiting, kRound };  // nothing new; a round is due; in a round
@@ -76,36 +87,41 @@ class DgncAgent {
   void restore(const Solution& solution);
 
   // Null when taken, else why not: "own", "unknown_sender", "not_anchor", "old_round", "not_member", "other_round", or a
-  // reason of DgncRound::receive.
+  // reason of presence.h, relay.h or DgncRound::receive.
   const char* receive(const AgentMessage& message, Utime now);
 
   void tick(Utime now);
   bool advance(Utime now);  // true when it did something; call again
 
+  // From a log, what this robot said then: the run's name and the rounds it opened were decided by a clock that is gone. From
+  // the first call on it opens no round by itself.
+  void follow(const dpgo_beacon_t& own);
+  void follow(const dpgo_round_t& own, Utime now);
+
   std::vector<AgentMessage> take_outgoing();
   std::optional<RoundResult> take_result();
+  const RoundAccount& account() const { return account_; }  // of the last finished round
 
   AgentPhase phase() const;
   int robot() const { return robot_; }
+  const Presence& presence() const { return presence_; }
+  std::vector<ApartRobot> apart(Utime now) const;         // ascending
   const GraphSnapshot& graph() const;                     // as of now
   const Solution& solution() const { return solution_; }  // of the last finished round
   const DgncRound* round() const { return round_ ? &*round_ : nullptr; }
 
  private:
-  struct Peer {
-    dpgo_beacon_t beacon;
-    Utime heard = 0;         // of anything
-    Utime beacon_heard = 0;  // of this beacon
-  };
-
-  const char* receive_beacon(const dpgo_beacon_t& beacon, Utime now);
+  const char* receive_relay(const dpgo_relay_t& relay, Utime now);
+  const char* receive_from(const AgentMessage& message, int speaker, int hops, Utime now);
+  const char* take(const dpgo_beacon_t& beacon, Utime now);
+  void pass_on(const AgentMessage& message, int speaker, int hops, Utime now);
   const char* receive_round(const dpgo_round_t& proposal, Utime now);
   const char* receive_request(const dpgo_request_t& request, Utime now);
   const char* receive_round_message(const RoundMessage& message, Utime now);
 
-  bool present(int robot, Utime now) const;
   std::vector<int> present_robots(Utime now) const;  // with keyframes, this one included; ascending
   bool running() const { return round_ && !round_->done(); }
+  bool is_member(const dpgo_round_t& proposal) const;
   bool last_round_can_end(Utime now) const;
   bool member_lost(Utime now) const;
   bool something_new(Utime now) const;
@@ -116,9 +132,10 @@ class DgncAgent {
   void say_round(Utime now);
   void join_round(const dpgo_round_t& proposal, Utime now);
   void say_beacon(Utime now);
+  void say_neighbours(Utime now);
   void ask_for_missing(Utime now);
   void keep_unfinished();
-  std::vector<SegmentStart> starts() const;
+  void keep_result(Utime now);
   void collect(Utime now);
   template <typename T>
   void say(T message, Utime now);
@@ -128,7 +145,9 @@ class DgncAgent {
   AgentOptions options_;
   RobotGraph graph_;
   mutable std::optional<GraphSnapshot> snapshot_;
-  std::map<int, Peer> peers_;
+  Presence presence_;
+  Relay relay_;
+  bool following_ = false;  // a log of itself
 
   std::optional<DgncRound> round_;  // the last one joined, kept after its end to answer requests
   dpgo_round_t proposal_{};         // of that round
@@ -136,22 +155,24 @@ class DgncAgent {
   Solution solution_;               // of the last finished round
   std::optional<Solution> unfinished_;
   std::optional<RoundResult> result_;
+  std::vector<int> members_;  // of it, whether they ended in this robot's part or not
+  RoundAccount account_;
+  std::map<std::string, std::size_t> said_bytes_;  // since the round was joined
 
   std::map<int, std::pair<Utime, std::int64_t>> watched_;  // (run, graph) of each present robot
   Utime last_tick_ = 0;
   Utime last_change_ = 0;
   std::optional<Utime> new_since_;
   std::optional<Utime> last_beacon_;
+  std::optional<Utime> last_neighbours_;
   Utime last_proposal_ = 0;
   Utime last_progress_ = 0;  // of the round; once it has ended here, of the others in it
   int others_number_ = 0;    // the highest of the round's messages that came after its end here
-  Utime last_end_ = 0;       // of a round
+  Utime last_join_ = 0;
+  Utime last_end_ = 0;  // of a round
   Utime last_request_ = 0;
   std::map<int, Utime> last_resend_;  // by number
   std::vector<AgentMessage> outgoing_;
 };
-
-// Of any message: who sent it.
-int sender_of(const AgentMessage& message);
 
 }  // namespace covey::pgo

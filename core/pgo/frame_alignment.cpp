@@ -107,29 +107,46 @@ struct Averaging {
     const SE3 graduated = descend(graduate(seed));
     return tls_cost(graduated) < tls_cost(agreed) ? graduated : agreed;
   }
+
+  AlignmentResult result(const SE3& T_A_B, const AlignmentOptions& options) const {
+    AlignmentResult result;
+    result.T_A_B = T_A_B;
+    result.total = static_cast<int>(candidates.size());
+    double sum = 0.0;
+    for (const double r2 : squared_residuals(T_A_B)) {
+      result.kept.push_back(r2 < barc2);
+      if (!result.kept.back()) continue;
+      ++result.inliers;
+      sum += r2;
+    }
+    result.rms = result.inliers > 0 ? std::sqrt(sum / result.inliers) : 0.0;
+    result.ok = result.inliers >= options.min_inliers;
+    return result;
+  }
 };
+
+Averaging averaging_of(const std::vector<SE3>& candidates, const AlignmentOptions& options) {
+  return {candidates, 1.0 / (options.rotation_sigma * options.rotation_sigma),
+          1.0 / (options.translation_sigma * options.translation_sigma),
+          chi_square_quantile(options.probability, pose_degrees_of_freedom(options.dimension))};
+}
 
 }  // namespace
 
 AlignmentResult align_pair(const std::vector<SE3>& candidates, const AlignmentOptions& options) {
-  AlignmentResult result;
-  result.total = static_cast<int>(candidates.size());
-  if (candidates.empty()) return result;
-  const Averaging averaging{
-      candidates, 1.0 / (options.rotation_sigma * options.rotation_sigma),
-      1.0 / (options.translation_sigma * options.translation_sigma),
-      chi_square_quantile(options.probability, pose_degrees_of_freedom(options.dimension))};
-  result.T_A_B = averaging.minimise();
-  double sum = 0.0;
-  for (const double r2 : averaging.squared_residuals(result.T_A_B)) {
-    result.kept.push_back(r2 < averaging.barc2);
-    if (!result.kept.back()) continue;
-    ++result.inliers;
-    sum += r2;
-  }
-  result.rms = result.inliers > 0 ? std::sqrt(sum / result.inliers) : 0.0;
-  result.ok = result.inliers >= options.min_inliers;
-  return result;
+  if (candidates.empty()) return {};
+  const Averaging averaging = averaging_of(candidates, options);
+  return averaging.result(averaging.minimise(), options);
+}
+
+AlignmentResult confirm_same_frame(const std::vector<SE3>& candidates, const AlignmentOptions& options) {
+  if (candidates.empty()) return {};
+  const Averaging averaging = averaging_of(candidates, options);
+  AlignmentResult same = averaging.result(SE3{}, options);
+  if (options.keep_same_frame) return same;
+  AlignmentResult best = averaging.result(averaging.minimise(), options);
+  const bool near = averaging.squared_residual(SE3{}, best.T_A_B) < averaging.barc2;
+  return near || same.inliers >= best.inliers ? same : best;
 }
 
 Frames spanning_tree(const std::vector<PairAlignment>& alignments, int robots, int anchor) {

@@ -30,6 +30,7 @@ struct AlignmentOptions {
   double translation_sigma = 0.5;  // m
   double probability = 0.99;       // of a right candidate staying below the threshold
   int min_inliers = 2;             // fewer agreeing candidates do not make an alignment
+  bool keep_same_frame = false;    // what is thought to be one frame stays one, whatever candidates say
 };
 
 struct AlignmentResult {
@@ -42,6 +43,9 @@ struct AlignmentResult {
 };
 
 AlignmentResult align_pair(const std::vector<SE3>& candidates, const AlignmentOptions& options = {});
+// Where the two frames are thought to be one already: T_A_B is exactly the identity, unless more candidates agree with another
+// alignment, and that is not near it.
+AlignmentResult confirm_same_frame(const std::vector<SE3>& candidates, const AlignmentOptions& options = {});
 
 struct PairAlignment {
   int a = 0;

@@ -24,6 +24,8 @@ struct RoundName {
   int anchor = 0;
   auto operator<=>(const RoundName&) const = default;
 };
+constexpr std::int64_t kLargestRound =
+    1'000'000'000'000;  // one a second for 30,000 years; leaves room to count on
 
 // number, from and round of any message of a round.
 int number_of(const RoundMessage& message);

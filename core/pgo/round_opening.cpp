@@ -303,10 +303,9 @@ void RoundOpening::send_alignment(RoundMail& mail) {
   }
   auto m = mail.compose<dpgo_alignment_t>();
   for (const auto& [pair, list] : candidates) {
-    AlignmentResult aligned;  // none where an earlier solution has aligned them
-    aligned.total = static_cast<int>(list.size());
-    if (!problem_.frames.same_solution(pair.first, pair.second))
-      aligned = align_pair(list, options_.alignment);
+    const AlignmentResult aligned = problem_.frames.same_solution(pair.first, pair.second)
+                                        ? confirm_same_frame(list, options_.alignment)
+                                        : align_pair(list, options_.alignment);
     m.segments_a.push_back(static_cast<std::int16_t>(pair.first.segment));
     m.robots_b.push_back(pair.second.robot);
     m.segments_b.push_back(static_cast<std::int16_t>(pair.second.segment));

@@ -14,35 +14,6 @@ double residual_sq(const SE3& T_W_A, const SE3& T_W_B, const SE3& T_A_B, const P
          precision.tau * (T_W_B.translation - predicted.translation).squaredNorm();
 }
 
-constexpr std::size_t kResidualsSaid = 5;
-
-// The lower robot of a pair says when nothing is left between them.
-void warn_of_rejected_pairs(const AgreedProblem& problem, double barc2, RoundResult& result) {
-  struct Pair {
-    std::vector<double> r2;
-    bool kept = false;
-  };
-  std::map<int, Pair> pairs;
-  for (const LoopResult& loop : result.loops) {
-    const int peer = problem.other_end(loop.loop).robot;
-    if (peer <= problem.robot()) continue;
-    Pair& pair = pairs[peer];
-    pair.r2.push_back(loop.r2);
-    pair.kept = pair.kept || loop.weight > 0.0;
-  }
-  for (auto& [peer, pair] : pairs) {
-    if (pair.kept) continue;
-    std::sort(pair.r2.begin(), pair.r2.end());
-    const std::size_t total = pair.r2.size();
-    pair.r2.resize(std::min(total, kResidualsSaid));
-    result.warnings.push_back(
-        fmt::format("all {} closures of robots {}-{} were rejected; their {}squared residuals are {:.4g} "
-                    "against barc^2 {:.4g}",
-                    total, problem.robot(), peer, total > kResidualsSaid ? "smallest " : "",
-                    fmt::join(pair.r2, ", "), barc2));
-  }
-}
-
 }  // namespace
 
 std::vector<SegmentResult> placed_segments(const AgreedProblem& problem, const std::vector<SE3>& T_root_K) {
@@ -113,7 +84,8 @@ void add_loop(const LoopResult& loop, bool owned, double barc2, RoundResult& res
 }
 
 void add_warnings(const AgreedProblem& problem, double barc2, RoundResult& result) {
-  warn_of_rejected_pairs(problem, barc2, result);
+  for (const RejectedPair& pair : rejected_pairs(result.loops, problem.robot()))
+    result.rejected.push_back(sentence(pair, barc2));
   for (const auto& [a, b] : problem.lone_pairs) {
     if (a.robot != problem.robot() || a.robot == b.robot) continue;
     result.warnings.push_back(fmt::format(

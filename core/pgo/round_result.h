@@ -11,14 +11,9 @@
 #include <map>
 
 #include "core/pgo/agreed_problem.h"
+#include "core/pgo/rejected_pairs.h"
 
 namespace covey::pgo {
-
-struct LoopResult {
-  GraphLoop loop;
-  double weight = 0.0;
-  double r2 = 0.0;
-};
 
 struct SegmentResult {
   Utime segment = 0;
@@ -57,8 +52,9 @@ struct RoundResult {  // of this robot
   int weights_zero = 0;   // own loops: private, or shared with a higher robot
   int weights_between = 0;
   int weights_one = 0;
-  std::int64_t bytes = 0;  // that this robot sent in the round, as encoded
+  std::int64_t bytes = 0;             // that this robot sent in the round, as encoded
   std::vector<StageResult> stage_results;
+  std::vector<std::string> rejected;  // sentences on pairs of robots none of whose closures were kept
   std::vector<std::string> warnings;
 };
 
@@ -72,9 +68,8 @@ struct RoundSolution {
 
 std::vector<SegmentResult> placed_segments(const AgreedProblem& problem, const std::vector<SE3>& T_root_K);
 
-// All but stages, updates, gradient and bytes. barc2: infinite for plain least squares. Warns of pairs of robots none of
-// whose loops were kept, with their residuals, of loops that alone join two parts of the team, and of segments without a
-// place in W.
+// All but stages, updates, gradient and bytes. barc2: infinite for plain least squares. Warns of pairs of robots none of whose loops
+// were kept, of loops that alone join two parts of the team, and of segments without a place in W.
 RoundResult round_result(const AgreedProblem& problem, const RoundSolution& solution, double barc2);
 
 // Its pieces, for whoever comes to poses and weights another way. Counts a loop, and its cost where this robot owns it.

@@ -149,15 +149,11 @@ bool RoundUpdates::advance(RoundMail& mail) {
 // on at the mu that it had (the lowest, as they may be one update apart).
 double RoundUpdates::first_mu() const {
   double max_r2 = 0.0;
-  double left_at = std::numeric_limits<double>::infinity();
-  const std::int64_t frame = problem_.frames.solution_of(problem_.frames.root());
+  double left_at = problem_.frames.unmoved() ? std::numeric_limits<double>::infinity() : 0.0;
   for (const int robot : problem_.part) {
     const dpgo_join_t& join = problem_.members.at(robot).join;
     max_r2 = std::max(max_r2, static_cast<double>(members_.at(robot).said.max_residual_sq));
     left_at = std::min(left_at, join.mu);
-    for (const std::int64_t solution : join.solutions) {
-      if (frame == 0 || solution != frame) left_at = 0.0;
-    }
   }
   return left_at > 0.0 ? left_at : tls_first_mu(max_r2, options_.barc2);
 }

@@ -22,10 +22,11 @@ DistributedResult solve_distributed(const PoseGraph& graph, const DistributedOpt
   COVEY_CHECK(!team.empty());
   std::vector<int> members;
   for (const auto& [robot, member] : team) members.push_back(robot);
+  DgncOptions dgnc = options.dgnc;
+  dgnc.alignment.keep_same_frame = options.start.has_value();
   std::map<int, DgncRound> rounds;
   for (const auto& [robot, member] : team) {
-    rounds.emplace(robot,
-                   DgncRound({1, members.front()}, members, member.graph, member.starts, 0.0, options.dgnc));
+    rounds.emplace(robot, DgncRound({1, members.front()}, members, member.graph, member.starts, 0.0, dgnc));
   }
 
   DistributedResult result;
@@ -70,7 +71,8 @@ DistributedResult solve_distributed(const PoseGraph& graph, const DistributedOpt
     result.messages = std::max(result.messages, round.number() + 1);
     result.stages = std::max(result.stages, mine.stages);
     result.updates = std::max(result.updates, mine.updates);
-    result.warnings.insert(result.warnings.end(), mine.warnings.begin(), mine.warnings.end());
+    for (const auto& said : {mine.rejected, mine.warnings})
+      result.warnings.insert(result.warnings.end(), said.begin(), said.end());
     if (mine.anchor != members.front()) continue;
     result.cost += mine.owned_cost;
     result.kept += mine.owned_kept;

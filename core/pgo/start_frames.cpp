@@ -9,8 +9,8 @@
 namespace covey::pgo {
 namespace {
 
-constexpr int kSameSolution =
-    1'000'000;  // inliers that an alignment known from an earlier solution counts as
+// Inliers that an earlier solution counts for by itself: where closures say anything, they are believed first.
+constexpr int kSameSolution = 0;
 
 }  // namespace
 
@@ -50,6 +50,15 @@ std::vector<int> StartFrames::place(std::vector<PairAlignment> pairs, int robot)
 }
 
 // The frames of one solution are tied to the first of them.
+bool StartFrames::unmoved() const {
+  for (std::size_t f = 0; f < frames_.size(); ++f) {
+    if (!T_W_S_[f]) continue;
+    if (solutions_[f] == 0 || solutions_[f] != solutions_[root_]) return false;
+    if (!T_W_S_[f]->matrix().isIdentity(0.0)) return false;
+  }
+  return true;
+}
+
 void StartFrames::tie_solutions(std::vector<PairAlignment>& pairs) const {
   std::map<std::int64_t, int> first_of;
   for (int b = 0; b < static_cast<int>(frames_.size()); ++b) {

@@ -2,8 +2,9 @@
 #pragma once
 
 // The frames that the segments of a round's members start in, and where they lie in W. Each begins in its own; loops between
-// two segments align their frames (frame_alignment.h), and segments that an earlier round left in one frame need none. What
-// is connected so far, through whichever robots, is one part of the team; W is a frame of the part's lowest robot.
+// two segments align their frames (frame_alignment.h). Segments that an earlier round left in one frame stay so where no more
+// loops speak for another alignment: a frame that a wrong loop made when there were few is not for ever. What is connected,
+// through whichever robots, is one part of the team; W is a frame of the part's lowest robot.
 
 #include <compare>
 #include <cstdint>
@@ -37,6 +38,8 @@ class StartFrames {
   // After place(). pose_of: T_W_S; nothing for a frame that is not connected to W.
   const StartFrame& root() const { return frames_[root_]; }  // that is W
   const std::optional<SE3>& pose_of(const StartFrame& frame) const { return T_W_S_[index_of(frame)]; }
+  // Whether all that is connected to W comes from one solution and lies as that had left it.
+  bool unmoved() const;
 
  private:
   void tie_solutions(std::vector<PairAlignment>& pairs) const;

@@ -11,7 +11,9 @@
 #include <covey/dpgo_graph_t.hpp>
 #include <covey/dpgo_join_t.hpp>
 #include <covey/dpgo_keys_t.hpp>
+#include <covey/dpgo_neighbours_t.hpp>
 #include <covey/dpgo_poses_t.hpp>
+#include <covey/dpgo_relay_t.hpp>
 #include <covey/dpgo_request_t.hpp>
 #include <covey/dpgo_round_t.hpp>
 #include <covey/dpgo_start_t.hpp>
@@ -105,6 +107,8 @@ inline constexpr StreamChannel<mesh_block_t> kMesh{"MESH",
 
 // Presence goes before the work: a beacon that waits behind updates makes a robot look absent.
 inline constexpr RadioChannel<dpgo_beacon_t> kDpgoBeacon{"DPGO_BEACON", radio::Module::kDpgo, false, 2};
+inline constexpr RadioChannel<dpgo_neighbours_t> kDpgoNeighbours{"DPGO_NEIGHBOURS", radio::Module::kDpgo,
+                                                                 false, 2};
 inline constexpr RadioChannel<dpgo_round_t> kDpgoRound{"DPGO_ROUND", radio::Module::kDpgo, false, 2};
 inline constexpr RadioChannel<dpgo_request_t> kDpgoRequest{"DPGO_REQUEST", radio::Module::kDpgo, false, 1};
 inline constexpr RadioChannel<dpgo_join_t> kDpgoJoin{"DPGO_JOIN", radio::Module::kDpgo, true};
@@ -114,6 +118,9 @@ inline constexpr RadioChannel<dpgo_alignment_t> kDpgoAlignment{"DPGO_ALIGNMENT",
 inline constexpr RadioChannel<dpgo_step_t> kDpgoStep{"DPGO_STEP", radio::Module::kDpgo, true};
 inline constexpr RadioChannel<dpgo_graph_t> kDpgoGraph{"DPGO_GRAPH", radio::Module::kDpgo, true};
 inline constexpr RadioChannel<dpgo_poses_t> kDpgoPoses{"DPGO_POSES", radio::Module::kDpgo, true};
+// Passed on: as the message itself would travel.
+inline constexpr RadioChannel<dpgo_relay_t> kDpgoRelay{"DPGO_RELAY", radio::Module::kDpgo, false, 2};
+inline constexpr RadioChannel<dpgo_relay_t> kDpgoRelayRound{"DPGO_RELAY_ROUND", radio::Module::kDpgo, true};
 
 inline constexpr RadioChannel<lcd_words_t> kLcdWords{"LCD_WORDS", radio::Module::kPlaceRecognition, true};
 inline constexpr RadioChannel<lcd_request_t> kLcdRequest{"LCD_REQUEST", radio::Module::kGeometricVerification,
@@ -124,9 +131,10 @@ inline constexpr RadioChannel<lcd_loop_t> kLcdLoop{"LCD_LOOP", radio::Module::kG
                                                    1};
 
 // Every radio channel. radio_bridge lets nothing else cross.
-inline constexpr std::tuple kRadioChannels{kDpgoBeacon, kDpgoRound,     kDpgoRequest, kDpgoJoin,  kDpgoKeys,
-                                           kDpgoStart,  kDpgoAlignment, kDpgoStep,    kDpgoGraph, kDpgoPoses,
-                                           kLcdWords,   kLcdRequest,    kLcdFeatures, kLcdLoop};
+inline constexpr std::tuple kRadioChannels{
+    kDpgoBeacon,     kDpgoNeighbours, kDpgoRound,  kDpgoRequest, kDpgoJoin,  kDpgoKeys,
+    kDpgoStart,      kDpgoAlignment,  kDpgoStep, kDpgoGraph,   kDpgoPoses, kDpgoRelay,
+    kDpgoRelayRound, kLcdWords,       kLcdRequest, kLcdFeatures, kLcdLoop};
 
 // The same without the types.
 const radio::TreatmentTable& radio_table();

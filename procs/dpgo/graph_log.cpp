@@ -101,6 +101,10 @@ void GraphLog::write_round(const SavedRound& round, Utime now) const {
       starts.solutions.push_back(round.solution.frame);
     }
     starts.n_segments = static_cast<std::int32_t>(starts.segments.size());
+    starts.peers.assign(round.solution.robots.begin(), round.solution.robots.end());
+    starts.loops.resize(starts.peers.size());
+    starts.hashes.resize(starts.peers.size());
+    starts.n_peers = static_cast<std::int32_t>(starts.peers.size());
     log.write(now, kDpgoJoin.name, encode(starts));
     for (const trajectory_t& part : round.trajectory) log.write(now, kTrajectory.name, encode(part));
     for (const loop_weights_t& part : round.loop_weights) log.write(now, kLoopWeights.name, encode(part));
@@ -136,6 +140,7 @@ std::optional<SavedRound> GraphLog::load_round() const {
       solution.graph = static_cast<std::uint64_t>(beacon.solved_graph);
     } else if (event.channel == kDpgoJoin.name && decode(event.bytes, starts)) {
       if (starts.n_segments > 0) solution.frame = starts.solutions.front();
+      solution.robots.assign(starts.peers.begin(), starts.peers.end());
     } else if (event.channel == kTrajectory.name && decode(event.bytes, poses)) {
       round.trajectory.push_back(poses);
     } else if (event.channel == kLoopWeights.name && decode(event.bytes, weights)) {

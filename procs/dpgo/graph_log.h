@@ -5,7 +5,7 @@
 //
 //   dpgo_graph.lcm     the KEYFRAMEs and LOOPs that it has taken, an LCM log that grows
 //   dpgo_solution.lcm  of the last round: DPGO_BEACON (which round, of what graph), DPGO_JOIN (the segments, with the name of
-//                      the frame that they are in), what was published of it (TRAJECTORY, LOOP_WEIGHTS) and said of it
+//                      the frame that they are in; as peers, the robots in it), what was published of it (TRAJECTORY, LOOP_WEIGHTS) and said of it
 //                      (gauges of a STATUS); replaced as a whole
 //
 // Both are read back at the start. A log whose end was cut off, or is not what it should be, is good up to there.

@@ -3,12 +3,14 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <string>
 
 #include "core/geometry/trajectory.h"
 #include "procs/dpgo/messages.h"
 #include "procs/dpgo/options.h"
+#include "procs/dpgo/words.h"
 
 namespace covey {
 namespace {
@@ -52,6 +54,7 @@ DpgoNode::DpgoNode(Process& process)
   bus.subscribe(
       kLoop, [this](const loop_t& message) { on_loop(message); }, log_ ? log_->loops() : StreamPositions{});
   listen(kDpgoBeacon);
+  listen(kDpgoNeighbours);
   listen(kDpgoRound);
   listen(kDpgoRequest);
   listen(kDpgoJoin);
@@ -61,9 +64,13 @@ DpgoNode::DpgoNode(Process& process)
   listen(kDpgoStep);
   listen(kDpgoGraph);
   listen(kDpgoPoses);
+  listen(kDpgoRelay);
+  listen(kDpgoRelayRound);
+  if (process.from_log()) follow_log();
   process.loop().call_every(kTickUs, [this] {
     agent_.tick(process_.now());
     work();
+    watch_team();
     publish_gauges();
   });
   publish_gauges();
@@ -74,6 +81,15 @@ void DpgoNode::listen(const RadioChannel<T>& channel) {
   process_.bus().subscribe(channel, [this, channel](const T& message) {
     const char* reason = agent_.receive(message, process_.now());
     if (reason != nullptr) process_.status().count(fmt::format("dropped/{}/{}", channel.in().name, reason));
+    work();
+  });
+}
+
+// A log of this robot's bus has what this process said when it was recorded: the others' messages answer that.
+void DpgoNode::follow_log() {
+  process_.bus().subscribe(kDpgoBeacon.out(), [this](const dpgo_beacon_t& own) { agent_.follow(own); });
+  process_.bus().subscribe(kDpgoRound.out(), [this](const dpgo_round_t& own) {
+    agent_.follow(own, process_.now());
     work();
   });
 }
@@ -118,6 +134,7 @@ void DpgoNode::publish_outgoing() {
   struct Publish {
     Bus& bus;
     void operator()(const dpgo_beacon_t& m) { bus.publish(kDpgoBeacon, m); }
+    void operator()(const dpgo_neighbours_t& m) { bus.publish(kDpgoNeighbours, m); }
     void operator()(const dpgo_round_t& m) { bus.publish(kDpgoRound, m); }
     void operator()(const dpgo_request_t& m) { bus.publish(kDpgoRequest, m); }
     void operator()(const dpgo_join_t& m) { bus.publish(kDpgoJoin, m); }
@@ -127,6 +144,9 @@ void DpgoNode::publish_outgoing() {
     void operator()(const dpgo_step_t& m) { bus.publish(kDpgoStep, m); }
     void operator()(const dpgo_graph_t& m) { bus.publish(kDpgoGraph, m); }
     void operator()(const dpgo_poses_t& m) { bus.publish(kDpgoPoses, m); }
+    void operator()(const dpgo_relay_t& m) {
+      bus.publish(pgo::is_of_a_round(m) ? kDpgoRelayRound : kDpgoRelay, m);
+    }
   };
   for (const pgo::AgentMessage& message : agent_.take_outgoing())
     std::visit(Publish{process_.bus()}, message);
@@ -134,9 +154,9 @@ void DpgoNode::publish_outgoing() {
 
 void DpgoNode::take_result(const pgo::RoundResult& result) {
   const Utime now = process_.now();
-  spdlog::info("round {} of robots {}: {} of {} loops kept, {} updates in {} stages", result.name.number,
-               fmt::join(result.robots, " "), result.loops_kept, result.loops_used, result.updates,
-               result.stages);
+  const pgo::RoundAccount& account = agent_.account();
+  spdlog::info("{}", round_line(result, account));
+  for (const std::string& rejected : result.rejected) spdlog::error("{}", rejected);
   for (const std::string& warning : result.warnings) spdlog::warn("{}", warning);
   SavedRound round{agent_.solution(),
                    trajectory_messages(result, agent_.graph(), now),
@@ -148,7 +168,14 @@ void DpgoNode::take_result(const pgo::RoundResult& result) {
                   {"cost", result.owned_cost},
                   {"round", static_cast<double>(result.name.number)},
                   {"robots", static_cast<double>(result.robots.size())},
-                  {"updates", result.updates}};
+                  {"updates", result.updates},
+                  {"gradient", result.gradient},
+                  {"weights_zero", static_cast<double>(result.weights_zero)},
+                  {"weights_between", static_cast<double>(result.weights_between)},
+                  {"weights_one", static_cast<double>(result.weights_one)},
+                  {"rejected_pairs", static_cast<double>(result.rejected.size())},
+                  {"round_s", to_seconds(account.duration_us)},
+                  {"round_kb", static_cast<double>(account.total_bytes()) * 1e-3}};
   publish(round);
   if (!process_.tum_path().empty()) replace_tum(process_.tum_path(), trajectory_of(result, agent_.graph()));
   if (log_) log_->save(round, now);
@@ -179,6 +206,26 @@ void DpgoNode::restore() {
 void DpgoNode::publish_gauges() {
   process_.status().gauge("keyframes", agent_.graph().poses());
   process_.status().gauge("loops", agent_.graph().loops());
+  const Utime now = process_.now();
+  const std::vector<int>& together = agent_.solution().robots;
+  for (const auto& [robot, peer] : agent_.presence().peers()) {
+    process_.status().gauge(fmt::format("silent_s/{}", robot), to_seconds(now - peer.heard));
+    process_.status().gauge(fmt::format("together/{}", robot),
+                            std::binary_search(together.begin(), together.end(), robot) ? 1.0 : 0.0);
+  }
+}
+
+// Who is apart, whenever that changes; a robot that will be in the next round is no news.
+void DpgoNode::watch_team() {
+  if (agent_.solution().robots.empty()) return;
+  const std::vector<pgo::ApartRobot> apart = agent_.apart(process_.now());
+  std::vector<std::pair<int, pgo::Apart>> now_apart;
+  for (const pgo::ApartRobot& robot : apart) {
+    if (robot.why != pgo::Apart::kNotYet) now_apart.emplace_back(robot.robot, robot.why);
+  }
+  if (now_apart == said_apart_) return;
+  said_apart_ = std::move(now_apart);
+  spdlog::info("{}", team_line(agent_.solution().robots, apart));
 }
 
 }  // namespace covey

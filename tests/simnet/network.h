@@ -82,14 +82,22 @@ class SimNetwork {
 
   void set_faults(LinkFaults faults) { faults_ = faults; }
 
-  // Cuts every link between the two sets, both ways, until heal().
+  // Links work both ways, and stay cut until they are mended.
+  void cut(int a, int b) { cut_.insert(std::minmax(a, b)); }
+  void mend(int a, int b) { cut_.erase(std::minmax(a, b)); }
   void partition(const std::set<int>& a, const std::set<int>& b) {
     for (const int i : a) {
-      for (const int j : b) cut_.insert(std::minmax(i, j));
+      for (const int j : b) cut(i, j);
     }
   }
   void isolate(int agent) {
-    for (int other = 0; other < agents_; ++other) cut_.insert(std::minmax(agent, other));
+    for (int other = 0; other < agents_; ++other) cut(agent, other);
+  }
+  // Each robot hears only the one before it and the one after it.
+  void chain() {
+    for (int a = 0; a < agents_; ++a) {
+      for (int b = a + 2; b < agents_; ++b) cut(a, b);
+    }
   }
   void heal() { cut_.clear(); }
   bool connected(int a, int b) const { return cut_.count(std::minmax(a, b)) == 0; }

@@ -76,5 +76,16 @@ TEST_CASE("partitions, isolation, healing and restarts") {
   REQUIRE(run(network, 2) == std::vector<Arrival>{{2, 0, 3, 2}, {3, 0, 3, 2}, {0, 1, 4, 2}});
 }
 
+TEST_CASE("links are cut and mended one by one") {
+  SimNetwork<int> network(1, {}, 4);
+  network.chain();
+  network.send(1, kEveryone, 1, 0);
+  REQUIRE(run(network, 0) == std::vector<Arrival>{{0, 1, 1, 0}, {2, 1, 1, 0}});
+  network.mend(3, 1);
+  network.cut(0, 1);
+  network.send(1, kEveryone, 2, 1);
+  REQUIRE(run(network, 1) == std::vector<Arrival>{{2, 1, 2, 1}, {3, 1, 2, 1}});
+}
+
 }  // namespace
 }  // namespace covey

@@ -78,6 +78,25 @@ TEST_CASE("rotations that straddle half a turn are averaged, not cancelled") {
   CHECK((result.T_A_B.rotation.inverse() * SO3::exp({0.0, 0.0, kPi})).log().norm() < 1e-9);
 }
 
+TEST_CASE("frames that are one stay so exactly, unless more candidates agree with something far from it") {
+  Draw draw{std::mt19937_64(3)};
+  const SE3 elsewhere{SO3::exp({0.0, 0.0, 1.0}), {5.0, 0.0, 0.0}};
+  const auto candidates = [&](int here, int there) {
+    std::vector<SE3> list;
+    for (int k = 0; k < here; ++k) list.push_back(draw.near(SE3{}, 0.05, 0.2));
+    for (int k = 0; k < there; ++k) list.push_back(draw.near(elsewhere, 0.05, 0.2));
+    return list;
+  };
+  for (const auto& [here, there] : {std::pair(4, 0), std::pair(3, 3), std::pair(1, 1)}) {
+    const AlignmentResult same = confirm_same_frame(candidates(here, there), {.min_inliers = 1});
+    CHECK(same.T_A_B.matrix().isIdentity(0.0));
+    CHECK(same.inliers == here);
+  }
+  const AlignmentResult moved = confirm_same_frame(candidates(2, 4), {.min_inliers = 1});
+  CHECK((moved.T_A_B.translation - elsewhere.translation).norm() < 0.5);
+  CHECK(moved.inliers == 4);
+}
+
 TEST_CASE("one candidate is no agreement, none is no alignment") {
   CHECK(!align_pair({}).ok);
   const AlignmentResult single = align_pair({SE3{SO3::exp({0.1, 0.2, 0.3}), {1, 2, 3}}});

@@ -34,6 +34,17 @@ TEST_CASE("frames of one solution coincide, aligned ones follow, and W is the an
   REQUIRE(frames.pose_of({4, 0})->translation.x() == Approx(3.0));
 }
 
+TEST_CASE("closures are believed before an earlier solution, which holds where they say nothing") {
+  StartFrames frames;
+  for (const int robot : {1, 2, 3}) frames.add({robot, 0}, 7);
+  REQUIRE(frames.place({aligned(0, 1, 3.0)}, 1) == std::vector<int>{1, 2, 3});
+  REQUIRE(frames.pose_of({2, 0})->translation.x() == 3.0);
+  REQUIRE(frames.pose_of({3, 0})->translation.x() == 0.0);
+  REQUIRE_FALSE(frames.unmoved());
+  REQUIRE(frames.place({aligned(0, 1, 0.0)}, 1) == std::vector<int>{1, 2, 3});
+  REQUIRE(frames.unmoved());
+}
+
 TEST_CASE("who is aligned with nobody is a part of its own") {
   StartFrames frames = four_frames();
   REQUIRE(frames.place({}, 4) == std::vector<int>{4});

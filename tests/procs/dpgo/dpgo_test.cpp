@@ -60,6 +60,12 @@ class Robot {
     }
     return -1.0;
   }
+  std::int64_t counter(const std::string& name) const {
+    for (int k = 0; k < status_.n_counters; ++k) {
+      if (status_.counter_names[k] == name) return status_.counter_values[k];
+    }
+    return 0;
+  }
   const std::string& phase() const { return status_.phase; }
   std::string tum() const { return file("team.tum"); }
   bool solved_with_all() const {
@@ -83,9 +89,9 @@ class Robot {
 
 class Team {
  public:
-  explicit Team(const pgo::PoseGraph& graph) {
+  Team(const pgo::PoseGraph& graph, const std::string& radio) {
     pgo::write_robot_csv(folder_.path / "graph", graph);
-    std::ofstream(folder_.path / "radio.yaml") << "radio_bridge: {loss: 0.2, delay_ms: 20}";
+    std::ofstream(folder_.path / "radio.yaml") << "radio_bridge: {" << radio << "}";
     for (int id = 0; id < graph.robots(); ++id) {
       robots_[id] = std::make_unique<Robot>(id, folder_.path, loop_, counts_);
     }
@@ -117,7 +123,7 @@ class Team {
 TEST_CASE("three robots over a lossy radio end in one frame, and again after a kill") {
   const sim::GridWorld world = small_world();
   const double expected = pgo::solve_distributed(world.graph).cost;
-  Team team(world.graph);
+  Team team(world.graph, "loss: 0.2, delay_ms: 20");
   // Into the middle of a round, then kill -9 and start anew with what is on disk.
   REQUIRE(team.wait_until([&] { return team.robot(1).phase() == "round"; }));
   team.robot(1).dpgo().kill(SIGKILL);
@@ -136,6 +142,21 @@ TEST_CASE("three robots over a lossy radio end in one frame, and again after a k
   REQUIRE(team.robot(2).gauge("round") == round);
   team.robot(2).dpgo().kill(SIGTERM);
   REQUIRE(team.robot(2).dpgo().wait(5.0) == 0);
+}
+
+TEST_CASE("robots that hear each other only through a third end in one frame") {
+  const sim::GridWorld world = small_world();
+  Team team(world.graph,
+            "loss: 0.05, contacts: [{a: 0, b: 1, from_s: 0, until_s: 1000}, {a: 1, b: 2, from_s: 0, until_s: "
+            "1000}]");
+  REQUIRE(team.wait_until([&] { return team.solved(); }));
+  REQUIRE(team.cost() == Approx(pgo::solve_distributed(world.graph).cost).epsilon(1e-3));
+  REQUIRE(team.robot(1).counter("out/OUT_DPGO_RELAY_ROUND") > 0);
+  for (const int id : {0, 2}) {
+    REQUIRE(team.robot(id).counter("in/IN_DPGO_RELAY_ROUND") > 0);
+    REQUIRE(team.robot(id).gauge("together/" + std::to_string(2 - id)) == 1.0);
+    REQUIRE(team.robot(id).counter("out/OUT_DPGO_RELAY_ROUND") == 0);
+  }
 }
 
 // One robot's keyframes and loops as a log, with some bytes that are no message.

@@ -79,6 +79,7 @@ TEST_CASE("a round is read back whole or not at all") {
   SavedRound round;
   round.solution.round = {4, 1};
   round.solution.graph = 99;
+  round.solution.robots = {1, 2};
   round.solution.frame = pgo::frame_name({4, 1}, 1, 5);
   round.solution.segments[5] = {SE3{SO3{}, {1.0, 2.0, 3.0}}, SE3{SO3{}, {4.0, 5.0, 6.0}}};
   trajectory_t part{};
@@ -98,6 +99,7 @@ TEST_CASE("a round is read back whole or not at all") {
   REQUIRE(loaded->solution.round == pgo::RoundName{4, 1});
   REQUIRE(loaded->solution.frame == round.solution.frame);
   REQUIRE(loaded->solution.graph == 99);
+  REQUIRE(loaded->solution.robots == std::vector<int>{1, 2});
   REQUIRE(loaded->solution.segments.at(5)[1].translation.y() == 5.0);
   REQUIRE(loaded->gauges == round.gauges);
   SavedRound damaged = round;
