@@ -7,10 +7,13 @@
 // division by zero.
 
 #include <Eigen/Core>
-#include <Eigen/Eigenvalues>
-#include <cmath>
 
 namespace covey::graph {
+
+namespace internal {
+Eigen::MatrixXd root_of_information(const Eigen::MatrixXd& information);
+Eigen::MatrixXd root_of_inverse(const Eigen::MatrixXd& covariance);
+}  // namespace internal
 
 template <int N>
 class Noise {
@@ -23,15 +26,10 @@ class Noise {
   static Noise sigma(double sigma) { return Noise(Matrix(Matrix::Identity() / sigma)); }
   static Noise sigmas(const Column& sigmas) { return Noise(Matrix(sigmas.cwiseInverse().asDiagonal())); }
   static Noise information(const Matrix& information) {
-    const Eigen::SelfAdjointEigenSolver<Matrix> eigen(information);
-    const Column roots = eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt();
-    return Noise(Matrix(eigen.eigenvectors() * roots.asDiagonal() * eigen.eigenvectors().transpose()));
+    return Noise(Matrix(internal::root_of_information(information)));
   }
   static Noise covariance(const Matrix& covariance) {
-    const Eigen::SelfAdjointEigenSolver<Matrix> eigen(covariance);
-    const double floor = 1e-12 * eigen.eigenvalues().maxCoeff();
-    const Column roots = eigen.eigenvalues().cwiseMax(floor).cwiseSqrt().cwiseInverse();
-    return Noise(Matrix(eigen.eigenvectors() * roots.asDiagonal() * eigen.eigenvectors().transpose()));
+    return Noise(Matrix(internal::root_of_inverse(covariance)));
   }
 
   bool is_unit() const { return is_unit_; }

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/vio/start.h"
 
-#include <Eigen/QR>
+#include <Eigen/Cholesky>
+#include <cmath>
 
+#include "core/graph/reduced.h"
 #include "core/graph/solve.h"
 #include "core/vio/triangulate.h"
 
@@ -133,11 +135,21 @@ Alignment align(const std::vector<SE3>& poses, const std::vector<Preintegration>
     A.bottomRightCorner<3, 3>().diagonal().setConstant(kCertain);
     b.tail<3>() = kCertain * *gravity;
   }
-  const Eigen::VectorXd x = A.colPivHouseholderQr().solve(b);
+  const Eigen::VectorXd x = graph::solve_semidefinite(A.transpose() * A, A.transpose() * b);
   Alignment result;
   for (Eigen::Index i = 0; i < states; ++i) result.velocities.push_back(x.segment<3>(3 * i));
   result.gravity = x.tail<3>();
   return result;
+}
+
+// Takes one unit vector to another.
+SO3 shortest_rotation(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
+  const Eigen::Vector3d axis = from.cross(to);
+  const double sine = axis.norm();
+  const double angle = std::atan2(sine, from.dot(to));
+  if (sine > 1e-12) return SO3::exp(angle / sine * axis);
+  return SO3::exp(angle *
+                  from.unitOrthogonal());  // along each other: none, or half a turn about any axis across
 }
 
 }  // namespace
@@ -159,8 +171,7 @@ Start find_start(const Rig& rig, const VioOptions& options, std::span<const Star
   const Eigen::Vector3d down_V = found.gravity / length;
   found = align(poses, increments, Eigen::Vector3d(kGravity.norm() * down_V));
 
-  const SO3 R_O_V =
-      SO3::from_quaternion(Eigen::Quaterniond::FromTwoVectors(down_V, -Eigen::Vector3d::UnitZ()));
+  const SO3 R_O_V = shortest_rotation(down_V, -Eigen::Vector3d::UnitZ());
   Start start;
   for (std::size_t k = 0; k < poses.size(); ++k) {
     start.states.push_back(
