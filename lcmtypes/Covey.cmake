@@ -14,6 +14,8 @@ set(CMAKE_CXX_FLAGS_RELEASE "-O2 -DNDEBUG")
 set(COVEY_SANITIZE "" CACHE STRING "comma-separated sanitizers: address,undefined or thread")
 option(COVEY_TIDY "run clang-tidy on every source as it is compiled" OFF)
 
+add_link_options(-fuse-ld=gold)  # binutils' faster linker
+
 find_program(CCACHE ccache)
 if(CCACHE)
   # Paths relative to the source tree, so that clones share what is cached; the rest is what ccache wants for precompiled headers.
