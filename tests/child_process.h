@@ -11,6 +11,7 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <filesystem>
 #include <fstream>
 #include <optional>
 #include <sstream>
@@ -31,7 +32,7 @@ class ChildProcess {
   // `program` is a name in the build's bin folder.
   ChildProcess(const std::string& program, std::vector<std::string> arguments, std::string log)
       : log_(std::move(log)) {
-    arguments.insert(arguments.begin(), std::string(COVEY_BIN_DIR) + "/" + program);
+    arguments.insert(arguments.begin(), (std::filesystem::path(COVEY_BIN_DIR) / program).string());
     std::vector<char*> argv;
     for (auto& argument : arguments) argv.push_back(argument.data());
     argv.push_back(nullptr);

@@ -52,7 +52,7 @@ struct RoundResult {  // of this robot
   int weights_zero = 0;   // own loops: private, or shared with a higher robot
   int weights_between = 0;
   int weights_one = 0;
-  std::int64_t bytes = 0;             // that this robot sent in the round, as encoded
+  std::int64_t bytes = 0;  // that this robot sent in the round, as encoded
   std::vector<StageResult> stage_results;
   std::vector<std::string> rejected;  // sentences on pairs of robots none of whose closures were kept
   std::vector<std::string> warnings;

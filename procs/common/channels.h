@@ -133,7 +133,7 @@ inline constexpr RadioChannel<lcd_loop_t> kLcdLoop{"LCD_LOOP", radio::Module::kG
 // Every radio channel. radio_bridge lets nothing else cross.
 inline constexpr std::tuple kRadioChannels{
     kDpgoBeacon,     kDpgoNeighbours, kDpgoRound,  kDpgoRequest, kDpgoJoin,  kDpgoKeys,
-    kDpgoStart,      kDpgoAlignment,  kDpgoStep, kDpgoGraph,   kDpgoPoses, kDpgoRelay,
+    kDpgoStart,      kDpgoAlignment,  kDpgoStep,   kDpgoGraph,   kDpgoPoses, kDpgoRelay,
     kDpgoRelayRound, kLcdWords,       kLcdRequest, kLcdFeatures, kLcdLoop};
 
 // The same without the types.

@@ -2,6 +2,7 @@
 // Time of the stereo front end and its parts, per 752x480 frame: on a generated wall, and on EuRoC's clip where the data folder is there.
 #include <benchmark/benchmark.h>
 
+#include <filesystem>
 #include <opencv2/core/utility.hpp>
 
 #include "procs/player/asl_folder.h"
@@ -12,7 +13,7 @@ using namespace covey;
 
 namespace {
 
-Rig euroc() { return read_rig(std::string(COVEY_SOURCE_DIR) + "/configs/sensors/euroc.yaml"); }
+Rig euroc() { return read_rig(std::filesystem::path(COVEY_SOURCE_DIR) / "configs/sensors/euroc.yaml"); }
 
 std::vector<PictureSet> wall_pictures(const Rig& rig) {
   std::vector<PictureSet> pictures;

@@ -4,6 +4,8 @@
 
 #include <unistd.h>
 
+#include <fmt/format.h>
+
 #include <catch2/catch.hpp>
 #include <filesystem>
 
@@ -167,7 +169,7 @@ TEST_CASE("A bus that cannot be is refused in words") {
   Status status;
   CHECK_THROWS_WITH(Bus({"tcpq://x", {}, nullptr}, loop, status), Catch::Contains("udpm://"));
   CHECK_THROWS_WITH(Bus({"file:///nowhere.lcm", {}, nullptr}, loop, status), Catch::Contains("/nowhere.lcm"));
-  CHECK_THROWS_AS(Bus({"file://" + std::string(COVEY_SOURCE_DIR) + "/LICENSE", {}, nullptr}, loop, status),
+  CHECK_THROWS_AS(Bus({fmt::format("file://{}/LICENSE", COVEY_SOURCE_DIR), {}, nullptr}, loop, status),
                   InputError);
   CHECK_THROWS_AS(Bus({"file:///x.lcm?speed=0", {}, nullptr}, loop, status), InputError);
   CHECK(robot_bus_url(2) == "udpm://239.255.76.67:7702?ttl=0&recv_buf_size=4194304");

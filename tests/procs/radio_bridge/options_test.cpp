@@ -36,22 +36,22 @@ TEST_CASE("a radio's URL names group, port and ttl, a wrong one is refused in wo
 TEST_CASE("every radio configuration that comes with Covey can be read") {
   int files = 0;
   for (const auto& entry :
-       std::filesystem::directory_iterator(std::string(COVEY_SOURCE_DIR) + "/configs/radio")) {
+       std::filesystem::directory_iterator(std::filesystem::path(COVEY_SOURCE_DIR) / "configs/radio")) {
     INFO(entry.path());
     REQUIRE_NOTHROW(read(Config::load(entry.path())));
     ++files;
   }
   REQUIRE(files >= 3);
-  const std::string folder = std::string(COVEY_SOURCE_DIR) + "/configs/radio/";
-  const RadioBridgeOptions lossy = read(Config::load(folder + "lossy.yaml"));
+  const std::filesystem::path folder = std::filesystem::path(COVEY_SOURCE_DIR) / "configs/radio";
+  const RadioBridgeOptions lossy = read(Config::load(folder / "lossy.yaml"));
   REQUIRE(lossy.model.loss == 0.2);
   REQUIRE(lossy.model.delay_ms == 100.0);
-  REQUIRE(read(Config::load(folder + "contacts.yaml")).model.contacts->size() == 5);
+  REQUIRE(read(Config::load(folder / "contacts.yaml")).model.contacts->size() == 5);
 }
 
 TEST_CASE("ideal.yaml writes the defaults down") {
   const RadioBridgeOptions ideal =
-      read(Config::load(std::string(COVEY_SOURCE_DIR) + "/configs/radio/ideal.yaml"));
+      read(Config::load(std::filesystem::path(COVEY_SOURCE_DIR) / "configs/radio/ideal.yaml"));
   const RadioBridgeOptions defaults;
   REQUIRE(ideal.ttl == defaults.ttl);
   REQUIRE(ideal.interface == defaults.interface);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Real radio_bridges over real multicast, in a network of the test's own.
+#include <filesystem>
 #include <fstream>
 
 #include "core/radio/packet.h"
@@ -32,7 +33,7 @@ TEST_CASE("what is published as OUT_x arrives as IN_x where it is addressed to, 
 
 TEST_CASE("large messages arrive exactly once through a lossy radio, also after a kill") {
   const std::string channel = a_channel();
-  const std::string config = std::string(COVEY_SOURCE_DIR) + "/configs/radio/lossy.yaml";
+  const std::string config = (std::filesystem::path(COVEY_SOURCE_DIR) / "configs/radio/lossy.yaml").string();
   RadioStage stage({0, 1});
   for (const int robot : {0, 1}) stage.start(robot, {"--config", config});
   const auto say = [&](std::uint32_t first, std::uint32_t last) {
@@ -86,7 +87,7 @@ TEST_CASE("from logs of the bus and of the air: the same twice, byte for byte") 
       air.write(t + 5, channel, Bytes(5000));
     }
   }
-  const std::string config = std::string(COVEY_SOURCE_DIR) + "/configs/radio/lossy.yaml";
+  const std::string config = (std::filesystem::path(COVEY_SOURCE_DIR) / "configs/radio/lossy.yaml").string();
   for (const std::string out : {"a.lcm", "b.lcm"}) {
     ChildProcess bridge("radio_bridge",
                         {"--robot", "0", "--config", config, "--url", "file://" + stage.file("private.lcm"),

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <map>
 #include <sstream>
@@ -21,7 +22,7 @@ using namespace covey;
 
 namespace {
 
-const std::string kConfig = std::string(COVEY_SOURCE_DIR) + "/configs/robots/euroc.yaml";
+const std::string kConfig = (std::filesystem::path(COVEY_SOURCE_DIR) / "configs/robots/euroc.yaml").string();
 
 struct Said {
   std::vector<state_t> states;
