@@ -131,8 +131,8 @@ TEST_CASE("a pair whose closures are all rejected is named") {
 }
 
 TEST_CASE(
-    "a lone closure between two robots is kept whatever it says, and named; where others contradict it, it "
-    "is not") {
+    "a lone closure between two robots is kept whatever it says, and named, and given up where others "
+    "contradict it") {
   PoseGraph graph = sim::make_grid({.robots = 2, .keyframes = 40, .seed = 1, .min_links = 3}).graph;
   const auto between = [](const Edge& edge) { return edge.between_robots(); };
   Edge lone = *std::find_if(graph.edges.begin(), graph.edges.end(), between);
