@@ -35,16 +35,6 @@ PoseGraph flatten(PoseGraph graph) {
   return graph;
 }
 
-PoseGraph one_robot(const PoseGraph& graph) {
-  const std::vector<int> offsets = graph.offsets();
-  PoseGraph joined{graph.dimension, {graph.poses()}, graph.edges};
-  for (Edge& edge : joined.edges) {
-    edge.from = {0, offsets[edge.from.robot] + edge.from.index};
-    edge.to = {0, offsets[edge.to.robot] + edge.to.index};
-  }
-  return joined;
-}
-
 bool warned(const DistributedResult& result, const std::string& words) {
   return std::any_of(result.warnings.begin(), result.warnings.end(),
                      [&](const std::string& warning) { return warning.find(words) != std::string::npos; });
@@ -74,7 +64,7 @@ TEST_CASE("without robustness the team reaches the optimum that one robot with t
     const DistributedResult team = solve_distributed(graph, options);
     DistributedOptions central = options;
     central.start = team.poses;
-    const DistributedResult one = solve_distributed(one_robot(graph), central);
+    const DistributedResult one = solve_distributed(as_one_robot(graph), central);
     REQUIRE(team.cost == Approx(squared_cost(graph, team.poses)));
     REQUIRE(team.cost == Approx(one.cost).epsilon(1e-6));
     REQUIRE(one.cost < 1.000001 * team.cost);
