@@ -7,6 +7,7 @@
 // town: a square grid of straight streets on the flat ground z = 0, closed in by houses. Every block holds a house, or is a garden or a
 // car park. A third of the houses are of one type, so that places look alike.
 // room: a furnished room around the volume in which the EuRoC V1 sequences fly (frame of their ground truth, floor z = 0).
+// hall: a machine hall around any flight, such as those of the EuRoC MH sequences.
 
 #include <Eigen/Geometry>
 #include <array>
@@ -48,7 +49,21 @@ struct RoomOptions {
   int texture_side = 512;
 };
 
-// Nothing but air within 0.5 m of x in [-2.4, 2.3], y in [-2.6, 3.6], z in [0.75, 2.65].
+// Nothing but air within 0.5 m of this box.
+inline Eigen::AlignedBox3d room_flight_volume() {
+  return {Eigen::Vector3d(-2.4, -2.6, 0.75), Eigen::Vector3d(2.3, 3.6, 2.65)};
+}
 MeshWorld make_room(const RoomOptions& options = {});
+
+struct HallOptions {
+  std::uint64_t seed = 1;
+  int texture_side = 512;
+  std::vector<Eigen::Vector3d> flown_W;  // places along the flights, close together; at least one
+  double clear_m = 0.7;                  // nothing comes nearer to them
+};
+
+// The floor is half a metre below the lowest place, walls and ceiling are metres away from all of them. Between them stand machines, tanks,
+// racks, crates and pillars, wherever nobody flies, and lower things where somebody flies above.
+MeshWorld make_hall(const HallOptions& options);
 
 }  // namespace covey::sim

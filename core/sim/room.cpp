@@ -13,7 +13,7 @@ using Eigen::Isometry3d;
 using Eigen::Vector2d;
 using Eigen::Vector3d;
 
-// The room, in metres; the volume that must stay empty is said in mesh_world.h.
+// The room, in metres; the volume that must stay empty is room_flight_volume().
 const Vector3d kLow(-4.2, -4.4, 0.0);
 const Vector3d kHigh(4.1, 5.4, 4.0);
 constexpr int kPosterSheets = 6;

@@ -2,6 +2,7 @@
 #include "procs/sim/simulate.h"
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdlib>
 
 #include "core/base/error.h"
@@ -26,7 +27,7 @@ std::filesystem::path data_folder(const SimOptions& options) {
 std::filesystem::path config_file(const SimOptions& options) {
   if (!options.config.empty()) return options.config;
   return std::filesystem::path(COVEY_CONFIGS) / "robots" /
-         (options.world == "euroc-v1" ? "euroc.yaml" : "default.yaml");
+         (options.world.starts_with("euroc") ? "euroc.yaml" : "default.yaml");
 }
 
 bool wants_sensors(const SimOptions& options) {
@@ -34,12 +35,24 @@ bool wants_sensors(const SimOptions& options) {
 }
 
 SimOptions with_defaults(SimOptions options) {
+  if (!options.motion.empty()) {
+    options.motion =
+        std::filesystem::absolute(options.motion / "").parent_path();  // its last part is its name
+    if (options.world.empty()) options.world = sim::world_for(options.motion);
+    options.robots = 1;
+    options.robot = std::max(options.robot, 0);
+    constexpr double kEndless = 1e5;
+    if (options.seconds == 0.0) options.seconds = kEndless;
+    return options;
+  }
   if (options.world.empty()) options.world = options.graph.empty() ? "town" : "grid";
   if (options.seconds == 0.0) options.seconds = options.world == "grid" ? 120.0 : 45.0;
   return options;
 }
 
 void check(const SimOptions& options) {
+  if (!options.motion.empty() && !options.world.starts_with("euroc"))
+    throw_input_error("--motion is for --world euroc-v1 and euroc-mh");
   if (options.robot >= options.robots) {
     throw_input_error("--robot {}: there are only robots 0 to {}; raise --robots", options.robot,
                       options.robots - 1);
@@ -87,13 +100,14 @@ void simulate_team(const SimOptions& options) {
                                                      .seconds = options.seconds,
                                                      .seed = options.seed,
                                                      .data = data_folder(options),
+                                                     .motion = options.motion,
                                                      .imu = rig.imu});
   if (!options.truth.empty()) write_truth(options, scenario);
   if (!wants_sensors(options)) return;
   const sim::Ride ride = scenario.ride(options.robot);
   const auto sink = make_sink(options, rig, ride);
   sim::SensorCameras lenses(scenario.world, rig, cameras);
-  run_sensors(ride, lenses, rig.depth.has_value(), *sink);
+  run_sensors(ride, lenses, rig.depth.has_value() && !options.no_depth, *sink);
 }
 
 }  // namespace
@@ -101,21 +115,28 @@ void simulate_team(const SimOptions& options) {
 void add_sim_options(CLI::App& app, SimOptions& options) {
   app.add_option(
          "--world", options.world,
-         "town: ground robots in streets; euroc-v1: EuRoC's motion and IMU in a furnished room; grid: a "
-         "pose graph of robots that drive through a town (default: town, with --graph grid)")
-      ->check(CLI::IsMember({"town", "euroc-v1", "grid"}));
+         "town: ground robots in streets; euroc-v1, euroc-mh: EuRoC's motion and IMU in a furnished room, in "
+         "a "
+         "machine hall; grid: a pose graph of robots that drive through a town (default: town, with --graph "
+         "grid, with --motion the one of euroc-v1 and euroc-mh that it fits in)")
+      ->check(CLI::IsMember({"town", "euroc-v1", "euroc-mh", "grid"}));
   app.add_option("--robots", options.robots, "how many robots there are")
       ->check(CLI::Range(1, 64))
       ->capture_default_str();
   app.add_option("--robot", options.robot, "whose sensors; with grid: write only this robot's files")
       ->check(CLI::Range(0, 63));
   app.add_option("--seconds", options.seconds,
-                 "length of the drive (default: 45); grid: one keyframe a second (default: 120)")
+                 "length of the drive (default: 45); with --motion at most (default: all of it); grid: one "
+                 "keyframe a second "
+                 "(default: 120)")
       ->check(CLI::Range(2.0, 100'000.0));
   app.add_option("--seed", options.seed, "the same seed gives the same world and the same bytes")
       ->capture_default_str();
   app.add_option("--data", options.data,
                  "folder with recorded motion, euroc/motion/SEQUENCE (default: the variable COVEY_DATA)");
+  app.add_option(
+      "--motion", options.motion,
+      "folder of one recorded flight, with imu0.csv.gz and groundtruth.csv.gz: one robot flies it");
   app.add_option("--config", options.config,
                  "YAML: 'sensors' names the calibration, section 'sim' overrides the world's parameters");
   app.add_option("--log", options.log, "write the robot's IMU, STEREO and DEPTH to this LCM log");
@@ -125,6 +146,7 @@ void add_sim_options(CLI::App& app, SimOptions& options) {
   app.add_option("--speed", options.speed, "with --url: times real time")
       ->check(CLI::Range(1e-3, 1e3))
       ->capture_default_str();
+  app.add_flag("--no-depth", options.no_depth, "leave DEPTH out");
   app.add_option("--truth", options.truth, "folder for what is true: world, labels, contacts, trajectories");
   app.add_option("--graph", options.graph,
                  "with grid: output folder for robot<i>.csv and robot<i>_truth.tum");

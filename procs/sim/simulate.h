@@ -14,12 +14,13 @@ class App;
 namespace covey {
 
 struct SimOptions {
-  std::string world;  // empty: grid with --graph, else town
+  std::string world;  // empty: grid with --graph, with --motion the one that it fits in, else town
   int robots = 3;
   int robot = -1;        // whose sensors; of `grid`, only this one's files; -1: every robot's
-  double seconds = 0.0;  // 0: 45, grid 120
+  double seconds = 0.0;  // 0: 45, grid 120, with --motion all of it; with --motion at most
   std::uint64_t seed = 1;
   std::filesystem::path data;    // of recorded motion
+  std::filesystem::path motion;  // of one recorded flight, which one robot flies
   std::filesystem::path config;  // a robot's configuration; empty: the one that suits the world
 
   // Where to. Of sensors at most one.
@@ -28,6 +29,7 @@ struct SimOptions {
   std::string url;
   std::string depth_url;  // empty: url
   double speed = 1.0;
+  bool no_depth = false;
   std::filesystem::path truth;
   std::filesystem::path graph;      // of the world `grid`
   std::filesystem::path smoothing;  // figures of every recorded sequence

@@ -113,10 +113,54 @@ TEST_CASE("a room follows from its seed, and nothing is in the way of who flies 
     const MeshWorld room = make_room({.seed = seed, .texture_side = 1});
     check_consistent(room);
     CHECK(same(room, make_room({.seed = seed, .texture_side = 1})));
-    AlignedBox3d flown(Vector3d(-2.4, -2.6, 0.75), Vector3d(2.3, 3.6, 2.65));
+    AlignedBox3d flown = room_flight_volume();
     flown.min().array() -= 0.5;
     flown.max().array() += 0.5;
     for (const auto& face : room.mesh.faces) REQUIRE_FALSE(box_of(room.mesh, face).intersects(flown));
+  }
+}
+
+// From a place to the nearest of some points of a face.
+double distance(const viewer::Mesh& mesh, const std::array<std::uint32_t, 3>& face, const Vector3d& place) {
+  constexpr int kSteps = 12;
+  const auto corner = [&](std::size_t k) { return Vector3d(mesh.vertices[face[k]].cast<double>()); };
+  double nearest = 1e9;
+  for (int i = 0; i <= kSteps; ++i) {
+    for (int j = 0; i + j <= kSteps; ++j) {
+      const double a = static_cast<double>(i) / kSteps;
+      const double b = static_cast<double>(j) / kSteps;
+      const Vector3d p = a * corner(0) + b * corner(1) + (1.0 - a - b) * corner(2);
+      nearest = std::min(nearest, (p - place).norm());
+    }
+  }
+  return nearest;
+}
+
+// Two storeys of a figure of eight, and a dive between them.
+std::vector<Vector3d> flight() {
+  std::vector<Vector3d> places;
+  for (double t = 0.0; t < 12.6; t += 0.01)
+    places.emplace_back(6.0 * std::sin(t), 4.0 * std::sin(2.0 * t), 1.5 + 1.3 * std::sin(0.5 * t));
+  return places;
+}
+
+TEST_CASE("a hall follows from its seed and its flights, and nothing is in their way") {
+  for (std::uint64_t seed = 1; seed <= 8; ++seed) {
+    const HallOptions options{.seed = seed, .texture_side = 1, .flown_W = flight()};
+    const MeshWorld hall = make_hall(options);
+    check_consistent(hall);
+    CHECK(same(hall, make_hall(options)));
+    CHECK(hall.mesh.faces.size() > 500);
+    double nearest = 1e9;
+    for (const auto& face : hall.mesh.faces) {
+      const AlignedBox3d box = box_of(hall.mesh, face);
+      for (std::size_t k = 0; k < options.flown_W.size(); k += 5) {
+        if (box.exteriorDistance(options.flown_W[k]) > nearest) continue;
+        nearest = std::min(nearest, distance(hall.mesh, face, options.flown_W[k]));
+      }
+    }
+    CAPTURE(seed);
+    CHECK(nearest >= 0.49);  // the floor; what stands on it keeps clear_m
   }
 }
 
@@ -176,6 +220,24 @@ TEST_CASE("every view along a town's streets has 150 corners in places of their 
   // The measure is worth something: an empty picture has none.
   stereo_t plain = cameras.stereo({SO3::exp(Vector3d(0, -1.5, 0)), {0, 0, 20.0}}, 1);
   CHECK(corners(plain) == 0);
+}
+
+TEST_CASE("every view from a flight through a hall has 100 corners in places of their own") {
+  const std::vector<Vector3d> places = flight();
+  const MeshWorld hall = make_hall({.flown_W = places});
+  Rig rig = lens_rig();
+  Eigen::Matrix3d R_B_C;
+  R_B_C << 0, 0, 1, -1, 0, 0, 0, -1, 0;
+  rig.left.T_B_C = {SO3::from_matrix(R_B_C), {0, 0, 0}};
+  rig.right.reset();
+  SensorCameras cameras(hall, rig);
+  int fewest = 10'000;
+  for (std::size_t k = 0; k < places.size(); k += 60) {
+    const SE3 T_W_B{SO3::exp(Vector3d(0, 0, 0.05 * static_cast<double>(k))), places[k]};
+    fewest = std::min(fewest, corners(cameras.stereo(T_W_B, static_cast<Utime>(k + 1))));
+  }
+  CAPTURE(fewest);
+  CHECK(fewest >= 100);
 }
 
 }  // namespace

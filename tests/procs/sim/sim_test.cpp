@@ -215,6 +215,8 @@ TEST_CASE("what sim cannot do it refuses with one sentence and exit code 2") {
   refused({"--world", "euroc-v1", "--robots", "4", "--truth", target.path}, "3 sequences");
   refused({"--world", "euroc-v1", "--data", "/nowhere", "--truth", target.path},
           "/nowhere/euroc/motion/V1_01_easy");
+  refused({"--motion", "/nowhere", "--truth", target.path}, "/nowhere: no such folder");
+  refused({"--motion", "/nowhere", "--world", "town", "--truth", target.path}, "--motion is for");
   std::filesystem::create_directories(target.path / "mav0");
   refused({"--robot", "0", "--seconds", "2", "--asl", target.path}, "exists already");
 }
@@ -235,6 +237,33 @@ TEST_CASE("euroc-v1 flies the real IMU's samples, all robots from one begin") {
   const Eigen::Vector3d gyro(heard.imu.front().gyro);
   CHECK(std::any_of(recorded.begin(), recorded.end(),
                     [&](const ImuSample& sample) { return sample.gyro == gyro; }));
+}
+
+TEST_CASE("a recorded flight is flown alone, in the world that it fits, and no longer than it was") {
+  for (const auto& [sequence, world] :
+       {std::pair{"V1_02_medium", "euroc-v1"}, std::pair{"MH_04_difficult", "euroc-mh"}}) {
+    const auto data = test_data(std::string("euroc/motion/") + sequence);
+    if (!data) return;
+    const ScratchFile truth;
+    REQUIRE(run_sim({"--motion", data->string() + "/", "--seconds", "1000", "--truth", truth.path}).code ==
+            0);
+    const auto summary = nlohmann::json::parse(read_text(truth.path / "sim.json"));
+    CHECK(summary["world"] == world);
+    REQUIRE(summary["rides"].size() == 1);
+    CHECK(summary["rides"][0]["sequence"] == sequence);
+    CHECK(summary["rides"][0]["length_m"].get<double>() > 50.0);
+  }
+}
+
+TEST_CASE("a recorded flight's sensors go without depth where nobody wants it") {
+  const auto data = test_data("euroc/motion/V1_02_medium");
+  if (!data) return;
+  const ScratchFile log;
+  REQUIRE(run_sim({"--motion", *data, "--seconds", "2", "--no-depth", "--log", log.path}).code == 0);
+  const Heard heard = hear(log.path);
+  CHECK(heard.imu.size() >= 400);
+  CHECK(heard.stereo.size() >= 40);
+  CHECK(heard.depth.empty());
 }
 
 }  // namespace
