@@ -32,9 +32,11 @@ const char* word(vio::VioPhase phase) {
 
 }  // namespace
 
-ImageSource::ImageSource(Process& process, const VioProcessOptions& options, VioOutput& output)
+ImageSource::ImageSource(Process& process, const VioProcessOptions& options, VioOutput& output,
+                         const std::filesystem::path& frames)
     : process_(process),
       output_(output),
+      frames_(frames),
       front_end_(process.rig(), options.front_end),
       estimator_(process.rig(), options.estimator) {
   cv::setNumThreads(1);
@@ -56,16 +58,16 @@ void ImageSource::on_imu(const imu_t& message) {
 }
 
 void ImageSource::on_stereo(const stereo_t& message) {
-  if (const char* reason = front_end_.refuse(pictures_from(message))) return drop(reason);
-  if (message.utime <= last_frame_) return drop("late");
+  if (const char* reason = front_end_.refuse(pictures_from(message))) return drop(message.utime, reason);
+  if (message.utime <= last_frame_) return drop(message.utime, "late");
   // What waits with a later stamp goes, else one false stamp would keep out all that come after it.
   while (!waiting_.empty() && waiting_.back().utime >= message.utime) {
+    drop(waiting_.back().utime, "disorder");
     waiting_.pop_back();
-    drop("disorder");
   }
   if (waiting_.size() == kMostWaiting) {
+    drop(waiting_.front().utime, "no_imu");
     waiting_.pop_front();
-    drop("no_imu");
   }
   waiting_.push_back(message);
   work();
@@ -86,17 +88,20 @@ void ImageSource::process(const stereo_t& message) {
   last_frame_ = message.utime;
   const double seen_ms = cpu_ms();
   const vio::VioFrame frame = estimator_.add_frame(seen.tracks);
+  const double frame_ms = cpu_ms() - began_ms;
   Status& status = process_.status();
   status.sample("front_end_ms", seen_ms - began_ms);
-  status.sample("frame_ms", cpu_ms() - began_ms);
+  status.sample("frame_ms", frame_ms);
   status.gauge("tracks", static_cast<double>(seen.tracks.tracks.size()));
   status.gauge("tracks_stereo", seen.matched);
+  if (frame.dropped != nullptr) return drop(message.utime, frame.dropped);
+  frames_.write({message.utime, seen_ms - began_ms, frame_ms, static_cast<int>(seen.tracks.tracks.size()),
+                 seen.matched, frame.health.used, word(frame.health.phase)});
   take(frame);
 }
 
 void ImageSource::take(const vio::VioFrame& frame) {
   Status& status = process_.status();
-  if (frame.dropped != nullptr) return drop(frame.dropped);
   status.count("frames");
   status.gauge("tracks_used", frame.health.used);
   status.gauge("tracks_outliers", frame.health.outliers);
@@ -109,7 +114,8 @@ void ImageSource::take(const vio::VioFrame& frame) {
   spdlog::warn("{}", trouble_);
 }
 
-void ImageSource::drop(const char* reason) {
+void ImageSource::drop(Utime utime, const char* reason) {
+  frames_.write({.utime = utime, .fate = reason});
   process_.status().count(fmt::format("dropped/{}/{}", kStereo.name, reason));
   process_.status().count("frames_dropped");
 }

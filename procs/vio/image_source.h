@@ -10,6 +10,7 @@
 #include "core/vio/estimator.h"
 #include "core/vision/stereo_front_end.h"
 #include "procs/common/process.h"
+#include "procs/vio/frame_log.h"
 #include "procs/vio/options.h"
 #include "procs/vio/output.h"
 
@@ -17,7 +18,8 @@ namespace covey {
 
 class ImageSource {
  public:
-  ImageSource(Process& process, const VioProcessOptions& options, VioOutput& output);
+  ImageSource(Process& process, const VioProcessOptions& options, VioOutput& output,
+              const std::filesystem::path& frames);
 
  private:
   void on_imu(const imu_t& message);
@@ -25,10 +27,11 @@ class ImageSource {
   void work();
   void process(const stereo_t& message);
   void take(const vio::VioFrame& frame);
-  void drop(const char* reason);
+  void drop(Utime utime, const char* reason);
 
   Process& process_;
   VioOutput& output_;
+  FrameLog frames_;
   StereoFrontEnd front_end_;
   vio::VioEstimator estimator_;
   std::deque<stereo_t> waiting_;

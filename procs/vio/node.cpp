@@ -5,10 +5,10 @@
 
 namespace covey {
 
-VioNode::VioNode(Process& process) : output_(process) {
+VioNode::VioNode(Process& process, const std::filesystem::path& frames) : output_(process) {
   const VioProcessOptions options = read_vio_process_options(process.config().root().section("vio"));
   if (options.source == VioSource::kImages) {
-    images_ = std::make_unique<ImageSource>(process, options, output_);
+    images_ = std::make_unique<ImageSource>(process, options, output_, frames);
   } else {
     odometry_ = std::make_unique<OdometrySource>(process, options, output_);
   }

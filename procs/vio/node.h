@@ -8,6 +8,7 @@
 //
 // STATUS: README.md lists phases, gauges and counters.
 
+#include <filesystem>
 #include <memory>
 
 #include "procs/common/process.h"
@@ -19,7 +20,8 @@ namespace covey {
 
 class VioNode {
  public:
-  explicit VioNode(Process& process);
+  // frames: of --frames; empty where not given.
+  VioNode(Process& process, const std::filesystem::path& frames);
 
  private:
   VioOutput output_;

@@ -19,6 +19,8 @@
 #include "tests/data.h"
 
 using namespace covey;
+using Catch::Matchers::Contains;
+using Catch::Matchers::StartsWith;
 
 namespace {
 
@@ -102,6 +104,7 @@ class DisorderedLog {
 TEST_CASE("vio goes on after an image with a false stamp, and after the sensors' clock went back") {
   const ScratchFile log;
   const ScratchFile out;
+  const ScratchFile frames;
   const ScratchFile said_by;
   DisorderedLog writer(log.path);
   writer.rest(100'000'000, 200'000, true);
@@ -110,14 +113,36 @@ TEST_CASE("vio goes on after an image with a false stamp, and after the sensors'
   writer.rest(1'000'000, 1'100'000, false);
   writer.rest(2'100'000, 200'000, true);
   writer.finish();
-  ChildProcess vio(
-      "vio", {"--robot", "0", "--config", kConfig, "--url", "file://" + log.path.string(), "--out", out.path},
-      said_by.path);
+  ChildProcess vio("vio",
+                   {"--robot", "0", "--config", kConfig, "--url", "file://" + log.path.string(), "--out",
+                    out.path, "--frames", frames.path},
+                   said_by.path);
   REQUIRE(vio.wait(60.0) == 0);
   const Said said = read_said(out.path);
   CHECK(said.counters.at("frames") == 12);
   CHECK(said.counters.at("dropped/STEREO/disorder") == 1);
   CHECK(said.counters.at("dropped/IMU/late") == 200);
+
+  // Every picture set has its line in the --frames file.
+  const std::string rows = read_text(frames.path);
+  CHECK_THAT(rows, StartsWith("utime_us,front_end_ms,frame_ms,tracks,stereo,used,fate\n"));
+  CHECK(std::count(rows.begin(), rows.end(), '\n') == 1 + 12 + 1);
+  CHECK_THAT(rows, Contains("\n3700000000,0.000,0.000,0,0,0,disorder\n"));
+  CHECK_THAT(rows, Contains(",initialising\n"));
+}
+
+TEST_CASE("a --frames file that cannot be written is refused with a sentence") {
+  const ScratchFile log;
+  const ScratchFile said_by;
+  DisorderedLog writer(log.path);
+  writer.rest(100'000'000, 100'000, true);
+  writer.finish();
+  ChildProcess vio("vio",
+                   {"--robot", "0", "--config", kConfig, "--url", "file://" + log.path.string(), "--frames",
+                    "/no/such/folder/frames.csv"},
+                   said_by.path);
+  CHECK(vio.wait(60.0) == 2);
+  CHECK_THAT(vio.output(), Contains("--frames /no/such/folder/frames.csv: cannot be written"));
 }
 
 TEST_CASE("vio cuts the same keyframes and states from somebody else's odometry") {
