@@ -12,6 +12,8 @@ namespace covey {
 
 // trajectory --estimate A.tum... --reference B.tum... [--joint A.tum B.tum ...]
 void add_trajectory_command(CLI::App& app);
+// odometry --estimate A.tum --reference B.tum [--log vio.lcm]
+void add_odometry_command(CLI::App& app);
 // online --log bus.lcm... --reference B.tum...
 void add_online_command(CLI::App& app);
 // graph --graph DIR --estimate A.tum... --barc2 X [--truth B.tum...] [--log bus.lcm...]
