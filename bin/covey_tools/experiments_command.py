@@ -9,33 +9,33 @@ import subprocess
 import sys
 import time
 
-from covey_tools import experiments, places
+from covey_tools import experiments, places, recordings
 from covey_tools.errors import Failure, InputError
 
-DESCRIPTION = """Measures what the paper's figures and tables show, with the pgo of this tree, and says whether what is claimed holds.
+DESCRIPTION = """Measures what the paper's figures and tables show, with the programs of this tree, and says whether what is claimed holds.
 
-Builds first. Every run of pgo is made anew; nothing is kept from an earlier call."""
+Builds first. Every run is made anew; of an earlier call nothing is kept but sensor data, in --cache."""
 
 EPILOG = """output, in --out
   NAME.json       {"rows": [one flat object per run], "commit", "seed", "machine"}
   NAME.md         medians, figures, and for each claim whether it holds
-  NAME_*.png      box plots
+  NAME*.png       plots
 
 exit codes: 0 done, whatever the claims came to; 1 something could not be measured (the report and stderr say what);
 2 wrong usage or input"""
 
 
+_SPECIAL = {"graph": [], "motion": None, "sequences": [], "seconds": None, "cache": recordings.DEFAULT_CACHE}  # and unset
 _last_said = 0.0  # s, of a line of progress
 
 
 def main(arguments=None):
     options = _parse(arguments)
     experiment = experiments.load(options.name)
-    if not os.path.isdir(options.data):
-        raise InputError(f"--data {options.data}: no such folder; expected one with pose_graphs/ and kitti_loops/")
+    _check(options, experiment)
     if not options.no_build:
-        _build()
-    out = _output_folder(options.out)
+        _build(experiment.PROGRAMS)
+    out = options.out = _output_folder(options.out)
     begin = time.monotonic()
     rows, notes = experiment.run(options, _say)
     facts = {"rows": rows, "commit": _commit(), "seed": options.seed, "machine": _machine()}
@@ -50,20 +50,41 @@ def main(arguments=None):
     return 1 if notes else 0
 
 
+def _check(options, experiment):
+    for option, unset in _SPECIAL.items():
+        if getattr(options, option) != unset and option not in experiment.OPTIONS:
+            takers = [name for name in experiments.NAMES if option in experiments.load(name).OPTIONS]
+            raise InputError(f"--{option} is for {' and '.join(takers)}, not for {options.name}")
+    if not options.motion and not os.path.isdir(options.data):
+        raise InputError(f"--data {options.data}: no such folder; expected one with pose_graphs/, kitti_loops/ and euroc/")
+
+
 def _parse(arguments):
     names = "\n".join(f"  {name:12} {experiments.load(name).SUMMARY}" for name in experiments.NAMES)
     parser = argparse.ArgumentParser(prog="experiments", description=f"{DESCRIPTION}\n\nexperiments\n{names}", epilog=EPILOG,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
     add = parser.add_argument
     add("name", metavar="NAME", choices=experiments.NAMES, help=" | ".join(experiments.NAMES))
-    add("--quick", action="store_true", help="fewer seeds, thresholds and graphs: under 3 minutes")
+    add("--quick", action="store_true", help="fewer seeds, thresholds and graphs, or 20 s of each sequence: under 3 minutes")
     add("--data", default=os.environ.get("COVEY_DATA", os.path.join(places.ROOT, "..", "shared", "data")), metavar="DIR",
-        help="benchmark graphs (default $COVEY_DATA, else ../shared/data); what is not there is left out, with a word")
+        help="recorded data (default $COVEY_DATA, else ../shared/data); what is not there is left out, with a word")
     add("--out", default=os.path.join("out", "experiments"), metavar="DIR", help="default out/experiments")
     add("--graph", action="append", metavar="G", default=[], help="only the runs on this graph; may be repeated")
+    add("--sequences", type=lambda text: text.split(","), metavar="A,B", default=[],
+        help="vio: only these; what a name begins with will do")
+    add("--motion", metavar="DIR", help="vio: fly what is in this folder, SEQUENCE/{imu0,groundtruth}.csv.gz (default DATA/euroc/motion)")
+    add("--seconds", type=_positive, metavar="S", help="vio: of each sequence at most (default: all)")
+    add("--cache", default=recordings.DEFAULT_CACHE, metavar="DIR", help="vio: keeps sensor data, 15 MB a second (default out/cache)")
     add("--seed", type=int, default=1, help="the first of the seeds (default 1)")
     add("--no-build", action="store_true", help="take what bin/build made before")
     return parser.parse_args(arguments)
+
+
+def _positive(text):
+    value = float(text)
+    if not 2 <= value < 1e6:
+        raise argparse.ArgumentTypeError(f"{text} is not a number from 2 on")
+    return value
 
 
 def _say(line):
@@ -76,8 +97,8 @@ def _say(line):
         print(f"experiments: {line}", file=sys.stderr, flush=True)
 
 
-def _build():
-    code = subprocess.run([os.path.join(places.ROOT, "bin", "build"), "release", "pgo"], stdout=sys.stderr).returncode
+def _build(programs):
+    code = subprocess.run([os.path.join(places.ROOT, "bin", "build"), "release", *programs], stdout=sys.stderr).returncode
     if code:
         raise Failure(f"bin/build ended with {code}")
 
@@ -111,6 +132,9 @@ def _machine():
 
 
 def _origin(options, facts, seconds):
-    what = f"bin/experiments {options.name}{' --quick' if options.quick else ''}{''.join(f' --graph {name}' for name in options.graph)}"
+    words = ["bin/experiments", options.name, *(["--quick"] if options.quick else []), *(f"--graph {name}" for name in options.graph)]
+    words += [f"--sequences {','.join(options.sequences)}"] if options.sequences else []
+    words += [f"--seconds {options.seconds:g}"] if options.seconds else []
+    what = " ".join(words)
     return (f"\nMeasured by `{what}` at commit {facts['commit'] or 'unknown'} on {facts['machine']}: {len(facts['rows'])} rows in "
             f"{seconds:.0f} s.\n")

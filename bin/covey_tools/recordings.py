@@ -3,6 +3,7 @@
 
     CACHE/<world>-<robots>x<seconds>s-seed<K>/<key>/robot<i>.lcm    IMU, STEREO and DEPTH of a robot
                                                     truth/          poses, the world's mesh, radio contacts
+    CACHE/flight-<sequence>-<seconds>s-seed<K>/<key>/...            the same of one recorded flight, without DEPTH
 
 The key is a hash of all that decides their bytes: the simulator and what it reads. A file appears under its name when it
 is whole, so what an interrupted run left is made again and the rest is kept. Folders of other keys, which no simulator
@@ -55,6 +56,7 @@ class _Job:
     arguments: list
     option: str  # before the path to write
     path: str
+    belongs_to: str = ""
     process: object = None
 
     @property
@@ -68,39 +70,93 @@ class _Job:
 
 def prepare(world, seed, data, cache):
     """The Recording of a world with sensors; what of it is not in `cache` is made, with progress on stdout."""
-    simulator = os.path.join(places.build_folder(), "bin", "sim")
+    simulator = _simulator()
     arguments = ["--world", world.name, "--robots", str(world.robots), "--seconds", f"{world.seconds:g}",
                  "--seed", str(seed), "--config", world.file]
+    reads = ""
     if world.name.startswith("euroc"):
         arguments += ["--data", os.path.abspath(data)]
-    family = os.path.join(os.path.abspath(cache), f"{world.name}-{world.robots}x{world.seconds:g}s-seed{seed}")
-    key = _key(simulator, arguments, world, data)
-    folder = os.path.join(family, key)
+        reads = worlds.motion_folder(data)
+    key = _key(simulator, arguments, world.file, reads)
+    recording = _open(os.path.join(cache, f"{world.name}-{world.robots}x{world.seconds:g}s-seed{seed}"), key, world.robots, cache)
+    jobs = [_Job("truth", [simulator, *arguments], "--truth", recording.truth())]
+    jobs += [_Job(f"robot {robot}", [simulator, *arguments, "--robot", str(robot)], "--log", recording.log(robot))
+             for robot in range(world.robots)]
+    try:
+        if not _complete(jobs):
+            _claim(recording)
+            missing = [job for job in jobs if not os.path.exists(job.path)]
+            if missing:  # else another demo has made them meanwhile
+                print(f"demo: making sensor data of {world.seconds:g} s, kept for the next run in {recording.folder}", flush=True)
+                _make(missing, _Progress(missing).show)
+        fcntl.flock(recording.lock, fcntl.LOCK_SH)
+    except BaseException:
+        recording.lock.close()
+        raise
+    return recording
+
+
+def prepare_flights(folders, seconds, seed, config, cache, say):
+    """({folder: Recording}, {folder: why there is none}) of one robot's IMU and STEREO on recorded flights.
+
+    folders: each with imu0.csv.gz and groundtruth.csv.gz; seconds: of each at most, None: all; say takes a line of progress.
+    """
+    simulator = _simulator()
+    recordings, jobs, complaints = {}, [], {}
+    try:
+        for folder in folders:
+            arguments = ["--motion", folder, "--seed", str(seed), "--config", config, "--no-depth"]
+            arguments += ["--seconds", f"{seconds:g}"] if seconds else []
+            name = os.path.basename(folder)
+            length = f"{seconds:g}s" if seconds else "all"
+            key = _key(simulator, arguments, config, folder)
+            recording = recordings[folder] = _open(os.path.join(cache, f"flight-{name}-{length}-seed{seed}"), key, 1, cache)
+            own = [_Job(f"{name}'s truth", [simulator, *arguments], "--truth", recording.truth(), belongs_to=folder),
+                   _Job(name, [simulator, *arguments], "--log", recording.log(0), belongs_to=folder)]
+            if not _complete(own):
+                _claim(recording)
+                jobs += [job for job in own if not os.path.exists(job.path)]
+        if jobs:
+            progress = _Progress(jobs)
+            _make(jobs, lambda running, done, last=False: say(progress.summary(running, done)), complaints)
+        for folder, recording in recordings.items():
+            fcntl.flock(recording.lock, fcntl.LOCK_SH)
+    except BaseException:
+        for recording in recordings.values():
+            recording.lock.close()
+        raise
+    return {folder: each for folder, each in recordings.items() if folder not in complaints}, complaints
+
+
+def _simulator():
+    return os.path.join(places.build_folder(), "bin", "sim")
+
+
+def _open(family, key, robots, cache):
+    """The Recording, whatever of it is there, with its lock not taken yet."""
+    folder = os.path.join(os.path.abspath(family), key)
     try:
         os.makedirs(folder, exist_ok=True)
         lock = open(f"{folder}.lock", "ab")  # noqa: closed by whoever uses the recording
     except OSError as error:
         raise InputError(f"--cache {cache}: {error.strerror.lower()}; expected a folder to write in") from None
-    recording = Recording(folder, world.robots, lock)
-    jobs = [_Job("truth", [simulator, *arguments], "--truth", recording.truth())]
-    jobs += [_Job(f"robot {robot}", [simulator, *arguments, "--robot", str(robot)], "--log", recording.log(robot))
-             for robot in range(world.robots)]
-    try:
-        if not all(os.path.exists(job.path) for job in jobs):
-            fcntl.flock(lock, fcntl.LOCK_EX)  # two demos that want the same make it once
-            _remove_others(family, key)
-            _make([job for job in jobs if not os.path.exists(job.path)], world.seconds)
-        fcntl.flock(lock, fcntl.LOCK_SH)
-    except BaseException:
-        lock.close()
-        raise
-    return recording
+    return Recording(folder, robots, lock)
 
 
-def _key(simulator, arguments, world, data):
-    """Of the program, its arguments and what it reads; where the files are does not matter."""
-    words = [word for word in arguments if word not in (world.file, os.path.abspath(data))]
-    digest = hashlib.sha256(repr((words, worlds.read_section(world.file, "sim"))).encode())
+def _complete(jobs):
+    return all(os.path.exists(job.path) for job in jobs)
+
+
+def _claim(recording):
+    """Makes it ours to write, and makes room."""
+    fcntl.flock(recording.lock, fcntl.LOCK_EX)  # two that want the same make it once
+    _remove_others(*os.path.split(recording.folder))
+
+
+def _key(simulator, arguments, config, reads):
+    """Of the program, its arguments and what it reads: its configuration and a folder ("": none); where these are does not matter."""
+    words = [os.path.basename(word) if os.path.isabs(word) else word for word in arguments]
+    digest = hashlib.sha256(repr((words, worlds.read_section(config, "sim"))).encode())
     files = [simulator] + sorted(_files(os.path.join(places.ROOT, "configs", "sensors")))
     for path in files:
         try:
@@ -108,10 +164,8 @@ def _key(simulator, arguments, world, data):
                 digest.update(hashlib.sha256(file.read()).digest())
         except OSError as error:
             raise Failure(f"{path}: {error.strerror.lower()}; bin/build makes it") from None
-    if world.name.startswith("euroc"):
-        folder = worlds.motion_folder(data)
-        for path in sorted(_files(folder)):
-            digest.update(f"{os.path.relpath(path, folder)} {os.path.getsize(path)}".encode())
+    for path in sorted(_files(reads)) if reads else ():
+        digest.update(f"{os.path.relpath(path, reads)} {os.path.getsize(path)}".encode())
     return digest.hexdigest()[:16]
 
 
@@ -133,13 +187,9 @@ def _remove_others(family, key):
             os.remove(path)
 
 
-def _make(jobs, seconds):
-    """Runs all, some at a time; Failure or InputError where one cannot."""
-    if not jobs:
-        return  # another demo has made them meanwhile
-    print(f"demo: making sensor data of {seconds:g} s, kept for the next run in {os.path.dirname(jobs[0].path)}",
-          flush=True)
-    waiting, running, done, shown = list(jobs), [], [], _Progress(jobs)
+def _make(jobs, show, complaints=None):
+    """Runs all, some at a time; Failure or InputError where one cannot, or a complaint for what it belongs to."""
+    waiting, running, done = list(jobs), [], []
     try:
         while waiting or running:
             while waiting and len(running) < max(_AT_ONCE, os.cpu_count() or 1):
@@ -147,14 +197,19 @@ def _make(jobs, seconds):
             time.sleep(_POLL_S)
             for job in [job for job in running if job.process.poll() is not None]:
                 running.remove(job)
-                _finish(job)
+                try:
+                    _finish(job)
+                except (Failure, InputError) as error:
+                    if complaints is None:
+                        raise
+                    complaints[job.belongs_to] = str(error)
                 done.append(job)
-            shown.show(running, done)
+            show(running, done)
     finally:
         for job in running:
             job.process.kill()
             job.process.wait()
-    shown.show(running, done, last=True)
+    show(running, done, last=True)
 
 
 def _start(job):
@@ -201,10 +256,17 @@ class _Progress:
         if not last and not self._live and now_s - self._shown_s < _PLAIN_REFRESH_S:
             return
         self._shown_s = now_s
-        words = ", ".join(f"{job.name} {self._state(job, running, done)}" for job in self._jobs)
-        line = f"{now_s - self._start_s:6.1f} s  {words}"
+        line = f"{now_s - self._start_s:6.1f} s  {self.words(running, done)}"
         sys.stdout.write(f"\r\033[K{line}" + ("\n" if last else "") if self._live else f"{line}\n")
         sys.stdout.flush()
+
+    def summary(self, running, done):
+        """Of many jobs."""
+        words = ", ".join(f"{job.name} {self._state(job, running, done)}" for job in running)
+        return f"sensor data: {len(done)} of {len(self._jobs)} made{f'; {words}' if words else ''}"
+
+    def words(self, running, done):
+        return ", ".join(f"{job.name} {self._state(job, running, done)}" for job in self._jobs)
 
     @staticmethod
     def _state(job, running, done):

@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """bin/experiments, on a graph made up here: its rows, its report, what it refuses."""
 
+import gzip
 import json
+import math
 import os
 import signal
 import subprocess
@@ -9,7 +11,7 @@ import unittest
 
 from support import BIN, Folder, run_tool, wait_until
 
-from covey_tools.experiments import graphs, robustness, tables
+from covey_tools.experiments import graphs, robustness, tables, vio
 
 EXPERIMENTS = os.path.join(BIN, "experiments")
 
@@ -96,8 +98,8 @@ class Experiments(Folder, unittest.TestCase):
             self.assertEqual((done.returncode, done.stdout), (2, ""), arguments)
             self.assertIn(sentence, done.stderr)
         text = run_tool(EXPERIMENTS, "--help").stdout
-        self.assertIn("robustness", text)
-        self.assertIn("graphs", text)
+        for name in ("robustness", "graphs", "vio"):
+            self.assertIn(f"\n  {name} ", text)
 
 
 class Claims(Folder, unittest.TestCase):
@@ -157,6 +159,92 @@ class Graphs(Folder, unittest.TestCase):
         self.assertIsNone(held([row("intel", 1e-9)]))
         self.assertIs(held([row(graph, 1e-9) for graph in graphs.OPTIMA]), True)
         self.assertIs(held([row("intel", -1e-5)]), False)
+
+
+def write_flight(folder, seconds=8.0):
+    """A recorded flight: in a circle of 1 m, looking ahead, after standing for a second; its IMU without noise."""
+    begin_ns, rate = 1_400_000_000_000_000_000, 200
+    imu, truth = [], []
+    for k in range(int(seconds * rate) + 1):
+        t = max(0.0, k / rate - 1.0)
+        # The angle and its derivatives: smooth from rest.
+        angle, speed, gain = 0.2 * t * t * t / (1 + t * t), 0.2 * t * t * (3 + t * t) / (1 + t * t) ** 2, 0.4 * t * (3 - t * t) / (1 + t * t) ** 3
+        x, y, ax, ay = math.cos(angle), math.sin(angle), 0.0, 0.0
+        ax, ay = -speed * speed * x - gain * y, -speed * speed * y + gain * x
+        yaw = angle + math.pi / 2
+        # Body x up, z ahead, y to the right: half a turn about (x + z) / sqrt(2), then the yaw.
+        ahead, right = ax * math.cos(yaw) + ay * math.sin(yaw), ax * math.sin(yaw) - ay * math.cos(yaw)
+        stamp = begin_ns + k * 1_000_000_000 // rate
+        imu.append(f"{stamp},{speed:.9f},0,0,9.81,{right:.9f},{ahead:.9f}")
+        c, s = math.cos(yaw / 2) / math.sqrt(2), math.sin(yaw / 2) / math.sqrt(2)
+        truth.append(f"{stamp},{x:.9f},{y:.9f},1.2,{-s:.9f},{c:.9f},{s:.9f},{c:.9f}")
+    os.makedirs(folder)
+    for name, rows in (("imu0", imu), ("groundtruth", truth)):
+        with gzip.open(os.path.join(folder, f"{name}.csv.gz"), "wt") as file:
+            file.write("#stamp\n" + "\n".join(rows) + "\n")
+
+
+class Vio(Folder, unittest.TestCase):
+    path = Experiments.path
+
+    def run_vio(self, *arguments):
+        return run_tool(EXPERIMENTS, "vio", "--no-build", "--data", self.folder, "--out", self.path("out"), "--cache", self.path("cache"), *arguments)
+
+    def test_a_flight_in_a_folder_of_its_own(self):
+        write_flight(self.path("flights", "circle"))
+        write_flight(self.path("flights", "damaged"), 3.0)
+        with gzip.open(self.path("flights", "damaged", "imu0.csv.gz"), "wt") as file:
+            file.write("1,2,3\n")
+        done = self.run_vio("--motion", self.path("flights"), "--seconds", "6")
+        self.assertEqual((done.returncode, done.stdout.strip()), (1, self.path("out", "vio.md")), done.stderr)
+        self.assertRegex(done.stderr, r"not measured: damaged: .*imu0.csv.gz:1")
+        row, = json.loads(self.read("out/vio.json"))["rows"]
+        self.assertEqual((row["sequence"], row["seconds"], row["segments"]), ("circle", 6.0, 1))
+        self.assertLess(row["ate_m"], 0.02)
+        self.assertGreaterEqual(row["completion"], 0.99)
+        self.assertLess(row["first_state_s"], 2.0)
+        for measure in ("ms_mean", "ms_p99", "rss_mb", "nees", "edge_nees_1s"):
+            self.assertGreater(row[measure], 0.0, measure)
+        self.assertTrue({"rpe_percent", "edge_nees_60s"} <= set(row))  # None: the way is too short
+        report = self.read("out/vio.md")
+        self.assertIn("- damaged: ", report)
+        for picture in ("vio_ways.png", "vio_errors.png", "vio_ms.png"):
+            self.assertIn(f"({picture})", report)
+            self.assertTrue(os.path.exists(self.path("out", picture)))
+
+        # Again: nothing is rendered, and the odometry is the same.
+        family = self.path("cache", "flight-circle-6s-seed1")
+        log = os.path.join(family, next(name for name in os.listdir(family) if not name.endswith(".lock")), "robot0.lcm")
+        made = os.path.getmtime(log)
+        again = self.run_vio("--motion", self.path("flights", "circle"), "--seconds", "6")
+        self.assertEqual(again.returncode, 0, again.stderr)
+        self.assertEqual(os.path.getmtime(log), made)
+        self.assertEqual(json.loads(self.read("out/vio.json"))["rows"][0]["ate_m"], row["ate_m"])
+
+    def test_usage(self):
+        os.makedirs(self.path("empty"))
+        write_flight(self.path("flights", "circle"), 1.0)
+        for arguments, sentence in ((["--motion", self.path("none")], "none: no such folder; expected recorded flights"),
+                                    (["--motion", self.path("empty")], "no flight in it"),
+                                    ([], "euroc/motion: no such folder"),
+                                    (["--motion", self.path("flights"), "--sequences", "V9"], "V9: no such sequence; there are circle"),
+                                    (["--graph", "intel"], "--graph is for robustness and graphs, not for vio"),
+                                    (["--seconds", "0"], "not a number from 2 on")):
+            done = self.run_vio(*arguments)
+            self.assertEqual((done.returncode, done.stdout), (2, ""), arguments)
+            self.assertIn(sentence, done.stderr)
+            self.assertNotIn("Traceback", done.stderr)
+
+    def test_claims_are_computed_from_the_rows(self):
+        def verdicts(**values):
+            row = {"sequence": "V1_01_easy", "ate_m": 0.03, "first_state_s": 0.7, "completion": 1.0, "ms_mean": 8.0, "ms_p99": 20.0, "rss_mb": 60.0,
+                   "edge_nees_1s": 1.0, "edge_nees_10s": 1.0, "edge_nees_60s": None, **values}
+            return vio._claims([row]).splitlines()[2:]
+
+        self.assertEqual([line.split("**")[1] for line in verdicts()], ["holds"] * 9 + ["not measured"])
+        for wrong in ({"ate_m": 0.045}, {"first_state_s": None}, {"completion": 0.98}, {"ms_p99": 26.0}, {"edge_nees_1s": 3.0}):
+            self.assertEqual(sum("DOES NOT HOLD" in line for line in verdicts(**wrong)), 1, wrong)
+        self.assertIn("V1_01_easy 0.0450 m of 0.04", "".join(verdicts(ate_m=0.045)))
 
 
 if __name__ == "__main__":

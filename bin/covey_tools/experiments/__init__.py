@@ -4,17 +4,20 @@
 An experiment's module offers
 
     SUMMARY                        a line for --help
+    PROGRAMS                       what bin/build has to make for it
+    OPTIONS                        which of the command line's special options it takes
     run(options, say)              (flat rows, sentences about what could not be measured); say takes a line of progress
     report(rows, notes, folder)    Markdown about them; writes PNGs into the folder, named like the experiment
 
-options: quick (bool), data (folder), seed (int, the first of the seeds to take), graph (names; only the runs on these, [] for all).
+options: quick (bool), data (folder), seed (int, the first of the seeds to take), out (folder), and of the special ones those that it takes:
+graph (names; only the runs on these, [] for all), motion (folder or None), sequences (names, [] for all), seconds (or None), cache (folder).
 """
 
 import importlib
 
 from covey_tools.errors import InputError
 
-NAMES = ("robustness", "graphs")
+NAMES = ("robustness", "graphs", "vio")
 
 
 def load(name):

@@ -16,6 +16,8 @@ from covey_tools import experiments, places
 from covey_tools.experiments import tables
 
 SUMMARY = "every published pose graph with 1, 2, 3, 5 and 8 robots: cost, gap, certificate, rounds, CPU, bytes"
+PROGRAMS = ("pgo",)
+OPTIONS = ("graph",)
 
 # CONVENTIONS.md's cost, each with a certificate.
 OPTIMA = {"intel": 393.652541, "m3500": 193.862258, "mit": 61.154116, "csail": 31.470332, "kitti_00": 125.680708,

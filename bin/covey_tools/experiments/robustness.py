@@ -11,6 +11,8 @@ from covey_tools import experiments
 from covey_tools.experiments import cells, tables
 
 SUMMARY = "wrong loop closures: INTEL with one and three robots, sphere2500, mit, KITTI, tunnels, stata"
+PROGRAMS = ("pgo",)
+OPTIONS = ("graph",)
 
 _ONE_ROBOT = ("l2", "pcm", "gnc", "pcm+gnc")
 _THREE_ROBOTS = ("l2", "pcm", "gnc", "pcm+gnc", "gnc-naive", "dgnc", "pcm+dgnc", "dgnc-naive")
