@@ -17,6 +17,14 @@ std::int64_t frame_name(const RoundName& name, int anchor, Utime segment) {
   return static_cast<std::int64_t>(hash.value() | 1U);  // 0 means none
 }
 
+std::vector<SE3> OpenedMember::public_poses(int segment) const {
+  std::vector<SE3> poses;
+  for (std::size_t k = 0; k < T_S_K.size(); ++k) {
+    if (segments[k] == segment) poses.push_back(T_S_K[k]);
+  }
+  return poses;
+}
+
 int AgreedProblem::segment_place(Utime segment) const {
   const auto found = std::find_if(graph.segments.begin(), graph.segments.end(),
                                   [segment](const Segment& s) { return s.name == segment; });

@@ -36,6 +36,8 @@ struct OpenedMember {  // of the round, this robot included
   std::map<std::pair<int, int>, int> places;  // of (place of the segment in the join, id)
   std::vector<int> segments;                  // places in the join
   std::vector<SE3> T_S_K;                     // as sent, in the frames of the segments' starts
+
+  std::vector<SE3> public_poses(int segment) const;
 };
 
 struct SharedLoop {

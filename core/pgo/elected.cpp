@@ -188,14 +188,14 @@ Solved solve_whole(const Whole& whole, const ElectedOptions& options) {
   solved.anchors.resize(whole.segments.size());
   solved.weights.assign(whole.graph.edges.size(), 0.0);
   solved.r2.assign(whole.graph.edges.size(), std::numeric_limits<double>::infinity());
-  const std::vector<PairAlignment> alignments = robust_start(whole.graph, options.alignment).alignments;
+  const RobustStart start = robust_start(whole.graph, options.alignment);
   const Poses odometry = odometry_start(whole.graph);
   StartFrames frames;
-  for (const StartFrame& segment : whole.segments) frames.add(segment, 0);
+  for (std::size_t s = 0; s < whole.segments.size(); ++s) frames.add(whole.segments[s], 0, start.extents[s]);
   std::set<int> robots;  // whose part is solved
   for (const StartFrame& segment : whole.segments) {
     if (robots.count(segment.robot) > 0) continue;
-    const std::vector<int> part = frames.place(alignments, segment.robot);
+    const std::vector<int> part = frames.place(start.alignments, segment.robot);
     robots.insert(part.begin(), part.end());
     solve_connected(whole, frames, odometry, options, solved);
   }

@@ -7,6 +7,7 @@
 #include <tuple>
 
 #include "core/base/error.h"
+#include "core/pgo/alignment_evidence.h"
 #include "core/pgo/chi_square.h"
 #include "core/pgo/tls.h"
 
@@ -16,6 +17,8 @@ namespace {
 // Candidates tried as a first estimate: all of them up to this many, then evenly spread ones. Bounds the time
 // of a pair.
 constexpr int kMaxSeeds = 300;
+
+constexpr std::size_t kMostPossible = 64;
 
 struct Averaging {
   const std::vector<SE3>& candidates;
@@ -131,12 +134,50 @@ Averaging averaging_of(const std::vector<SE3>& candidates, const AlignmentOption
           chi_square_quantile(options.probability, pose_degrees_of_freedom(options.dimension))};
 }
 
+bool beyond_doubt(const AlignmentResult& best) {
+  const double log_odds = 5.0;
+  const double chance = std::max(kUsualChance, 1.0 / best.total);
+  return log_evidence(best.inliers, best.total, chance, true) > log_odds;
+}
+
+// Of all candidates, those of the rest that are kept.
+std::vector<bool> kept_of_all(const std::vector<bool>& taken, const std::vector<bool>& kept_of_rest) {
+  std::vector<bool> kept(taken.size(), false);
+  std::size_t rest = 0;
+  for (std::size_t k = 0; k < taken.size(); ++k) {
+    if (!taken[k]) kept[k] = kept_of_rest[rest++];
+  }
+  return kept;
+}
+
 }  // namespace
 
 AlignmentResult align_pair(const std::vector<SE3>& candidates, const AlignmentOptions& options) {
   if (candidates.empty()) return {};
   const Averaging averaging = averaging_of(candidates, options);
   return averaging.result(averaging.minimise(), options);
+}
+
+std::vector<AlignmentResult> possible_alignments(const std::vector<SE3>& candidates,
+                                                 const AlignmentOptions& options) {
+  if (candidates.empty()) return {};
+  std::vector<AlignmentResult> possible = {align_pair(candidates, options)};
+  if (beyond_doubt(possible.front())) return possible;
+  const double by_chance = kUsualChance * static_cast<double>(candidates.size());
+  std::vector<bool> taken = possible.front().kept;
+  while (possible.size() < kMostPossible) {
+    std::vector<SE3> rest;
+    for (std::size_t k = 0; k < candidates.size(); ++k) {
+      if (!taken[k]) rest.push_back(candidates[k]);
+    }
+    AlignmentResult next = align_pair(rest, options);
+    if (!next.ok || next.inliers <= by_chance) break;
+    next.total = static_cast<int>(candidates.size());
+    next.kept = kept_of_all(taken, next.kept);
+    for (std::size_t k = 0; k < taken.size(); ++k) taken[k] = taken[k] || next.kept[k];
+    possible.push_back(std::move(next));
+  }
+  return possible;
 }
 
 AlignmentResult confirm_same_frame(const std::vector<SE3>& candidates, const AlignmentOptions& options) {
@@ -147,33 +188,6 @@ AlignmentResult confirm_same_frame(const std::vector<SE3>& candidates, const Ali
   AlignmentResult best = averaging.result(averaging.minimise(), options);
   const bool near = averaging.squared_residual(SE3{}, best.T_A_B) < averaging.barc2;
   return near || same.inliers >= best.inliers ? same : best;
-}
-
-Frames spanning_tree(const std::vector<PairAlignment>& alignments, int robots, int anchor) {
-  COVEY_CHECK(anchor >= 0 && anchor < robots);
-  Frames frames;
-  frames.T_W_O.resize(robots);
-  frames.T_W_O[anchor] = SE3{};
-  for (;;) {
-    const PairAlignment* best = nullptr;
-    for (const PairAlignment& pair : alignments) {
-      if (!pair.alignment.ok || frames.T_W_O[pair.a].has_value() == frames.T_W_O[pair.b].has_value())
-        continue;
-      const auto rank = [](const PairAlignment& p) {
-        return std::tuple(-p.alignment.inliers, std::min(p.a, p.b), std::max(p.a, p.b));
-      };
-      if (best == nullptr || rank(pair) < rank(*best)) best = &pair;
-    }
-    if (best == nullptr) return frames;
-    const SE3& T_A_B = best->alignment.T_A_B;
-    if (frames.T_W_O[best->a]) {
-      frames.T_W_O[best->b] = *frames.T_W_O[best->a] * T_A_B;
-      frames.edges.emplace_back(best->a, best->b);
-    } else {
-      frames.T_W_O[best->a] = *frames.T_W_O[best->b] * T_A_B.inverse();
-      frames.edges.emplace_back(best->b, best->a);
-    }
-  }
 }
 
 }  // namespace covey::pgo

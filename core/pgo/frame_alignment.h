@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-// Where one robot's odometry frame lies in another's, from loop closures half of which may be wrong; then all frames in
-// one, along a spanning tree of robots.
+// Where one robot's odometry frame lies in another's, from loop closures half of which may be wrong. frame_tree.h then puts all
+// frames into one.
 //
 // A closure between pose i of robot a and pose j of robot b gives a candidate for the pose of b's frame in a's,
 //
@@ -16,8 +16,6 @@
 //
 // Paper: Tian, Chang, Herrera Arias, Nieto-Granda, How, Carlone, "Kimera-Multi", T-RO 2022.
 
-#include <optional>
-#include <utility>
 #include <vector>
 
 #include "core/geometry/se3.h"
@@ -47,19 +45,9 @@ AlignmentResult align_pair(const std::vector<SE3>& candidates, const AlignmentOp
 // alignment, and that is not near it.
 AlignmentResult confirm_same_frame(const std::vector<SE3>& candidates, const AlignmentOptions& options = {});
 
-struct PairAlignment {
-  int a = 0;
-  int b = 0;
-  AlignmentResult alignment;  // T_A_B: frame of b in frame of a
-};
-
-struct Frames {
-  std::vector<std::optional<SE3>> T_W_O;   // per robot; W is the anchor's; nothing for who is not connected
-  std::vector<std::pair<int, int>> edges;  // of the tree, as (parent, child), in the order in which it grew
-};
-
-// Grows the tree from the anchor by the alignment with the most inliers (of equal ones, the lower ids). Alignments that are
-// not ok are left out.
-Frames spanning_tree(const std::vector<PairAlignment>& alignments, int robots, int anchor = 0);
+// What the candidates may mean: align_pair's alignment, then that of the candidates which do not agree with it, and so on, as
+// long as more agree than chance brings to any place (alignment_evidence.h); only the first where it is beyond doubt.
+std::vector<AlignmentResult> possible_alignments(const std::vector<SE3>& candidates,
+                                                 const AlignmentOptions& options = {});
 
 }  // namespace covey::pgo

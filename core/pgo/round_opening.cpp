@@ -240,7 +240,7 @@ void RoundOpening::take_starts(RoundMail& mail) {
       member.T_S_K.push_back(pose_at(m.T_S_K, k));
     }
     for (int s = 0; s < member.join.n_segments; ++s)
-      problem_.frames.add({robot, s}, member.join.solutions[s]);
+      problem_.frames.add({robot, s}, member.join.solutions[s], extent_of(member.public_poses(s)));
   }
   resolve_loops();
   phase_ = Phase::kAlignment;
@@ -303,15 +303,16 @@ void RoundOpening::send_alignment(RoundMail& mail) {
   }
   auto m = mail.compose<dpgo_alignment_t>();
   for (const auto& [pair, list] : candidates) {
-    const AlignmentResult aligned = problem_.frames.same_solution(pair.first, pair.second)
-                                        ? confirm_same_frame(list, options_.alignment)
-                                        : align_pair(list, options_.alignment);
-    m.segments_a.push_back(static_cast<std::int16_t>(pair.first.segment));
-    m.robots_b.push_back(pair.second.robot);
-    m.segments_b.push_back(static_cast<std::int16_t>(pair.second.segment));
-    m.inliers.push_back(aligned.ok ? aligned.inliers : 0);
-    m.loops.push_back(aligned.total);
-    append_pose(aligned.T_A_B, m.T_A_B);
+    const bool same = problem_.frames.same_solution(pair.first, pair.second);
+    for (const AlignmentResult& aligned : same ? std::vector{confirm_same_frame(list, options_.alignment)}
+                                               : possible_alignments(list, options_.alignment)) {
+      m.segments_a.push_back(static_cast<std::int16_t>(pair.first.segment));
+      m.robots_b.push_back(pair.second.robot);
+      m.segments_b.push_back(static_cast<std::int16_t>(pair.second.segment));
+      m.inliers.push_back(aligned.ok ? aligned.inliers : 0);
+      m.loops.push_back(aligned.total);
+      append_pose(aligned.T_A_B, m.T_A_B);
+    }
   }
   m.n = static_cast<std::int32_t>(m.robots_b.size());
   m.n_values = static_cast<std::int32_t>(m.T_A_B.size());
@@ -331,6 +332,7 @@ void RoundOpening::take_alignments(RoundMail& mail) {
       PairAlignment pair{problem_.frames.index_of(a), problem_.frames.index_of(b), {}};
       pair.alignment.T_A_B = pose_at(m.T_A_B, k);
       pair.alignment.inliers = m.inliers[k];
+      pair.alignment.total = m.loops[k];
       pair.alignment.ok = m.inliers[k] > 0;
       pairs.push_back(pair);
     }

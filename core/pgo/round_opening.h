@@ -8,8 +8,9 @@
 //              whose options are not mine is waited for no longer, as it would decide otherwise
 //   keys       only if two members' hashes differ: the names of the shared loops; both keep those that both know
 //   start      my public keyframes (ends of shared loops, and the first of each segment), in the frame of my start
-//   alignment  of each pair of segments the lower one's robot averages the loops between them (paper, eq. 5);
-//              then everybody grows the same spanning tree from the lowest robot, which puts all starts in one frame
+//   alignment  of each pair of segments the lower one's robot averages the loops between them (paper, eq. 5), and
+//              says what else they may mean where that is in doubt; then everybody grows the same spanning tree
+//              from the lowest robot (frame_tree.h), which puts all starts in one frame
 //
 // Members that no loops connect fall into parts, each with its own anchor (its lowest robot) and frame.
 

@@ -5,6 +5,7 @@
 #include <map>
 #include <numeric>
 #include <random>
+#include <set>
 #include <utility>
 
 #include "core/base/error.h"
@@ -120,6 +121,26 @@ SE3 candidate_alignment(const PoseGraph& graph, const Edge& loop, const Poses& p
   return T_A_i * loop.measurement * T_B_j.inverse();
 }
 
+// Of the ends of each robot's loops with others, and its first pose.
+std::vector<FrameExtent> extents_of(const PoseGraph& graph, const Poses& poses) {
+  std::vector<std::set<int>> ends(graph.robots(), {0});
+  for (const Edge& edge : graph.edges) {
+    if (!edge.between_robots()) continue;
+    ends[edge.from.robot].insert(edge.from.index);
+    ends[edge.to.robot].insert(edge.to.index);
+  }
+  const std::vector<int> offsets = graph.offsets();
+  std::vector<FrameExtent> extents;
+  for (int robot = 0; robot < graph.robots(); ++robot) {
+    std::vector<SE3> public_poses;
+    for (const int index : ends[robot]) {
+      if (index < graph.poses_per_robot[robot]) public_poses.push_back(poses[offsets[robot] + index]);
+    }
+    extents.push_back(extent_of(public_poses));
+  }
+  return extents;
+}
+
 }  // namespace
 
 Poses odometry_start(const PoseGraph& graph) {
@@ -183,9 +204,12 @@ RobustStart robust_start(const PoseGraph& graph, AlignmentOptions options) {
     candidates[std::minmax(a, b)].push_back(a < b ? T_A_B : T_A_B.inverse());
   }
   for (const auto& [pair, of_pair] : candidates) {
-    start.alignments.push_back({pair.first, pair.second, align_pair(of_pair, options)});
+    for (AlignmentResult& alignment : possible_alignments(of_pair, options)) {
+      start.alignments.push_back({pair.first, pair.second, std::move(alignment)});
+    }
   }
-  start.frames = spanning_tree(start.alignments, graph.robots(), anchor_of(graph));
+  start.extents = extents_of(graph, start.poses);
+  start.frames = spanning_tree(start.alignments, start.extents, anchor_of(graph));
   move_into_frames(graph, start.frames, start.poses);
   return start;
 }
@@ -210,7 +234,8 @@ Poses naive_start(const PoseGraph& graph, std::uint64_t seed) {
     pair.alignment.ok = true;
     alignments.push_back(std::move(pair));
   }
-  move_into_frames(graph, spanning_tree(alignments, graph.robots(), anchor_of(graph)), poses);
+  const std::vector<FrameExtent> extents(graph.robots());
+  move_into_frames(graph, spanning_tree(alignments, extents, anchor_of(graph)), poses);
   return poses;
 }
 

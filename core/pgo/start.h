@@ -11,14 +11,14 @@
 //                   outliers. Source: Carlone, Tron, Daniilidis, Dellaert, "Initialization techniques for 3D SLAM", ICRA
 //                   2015, section III-B.
 // robust_start      odometry_start of each robot, put into one frame by robust alignment of every pair of robots over all
-//                   its loops and a spanning tree (frame_alignment.h); the anchor is the first robot with poses.
+//                   its loops and a spanning tree (frame_tree.h); the anchor is the first robot with poses.
 // naive_start       the same with one random loop per edge of a random tree instead of an alignment: what goes wrong
 //                   without robust_start.
 
 #include <cstdint>
 #include <vector>
 
-#include "core/pgo/frame_alignment.h"
+#include "core/pgo/frame_tree.h"
 #include "core/pgo/pose_graph.h"
 
 namespace covey::pgo {
@@ -30,7 +30,8 @@ Poses chordal_start(const PoseGraph& graph);
 struct RobustStart {
   Poses poses;                            // of robots without a frame: in their own
   Frames frames;                          // where each robot's odometry frame lies in the anchor's
-  std::vector<PairAlignment> alignments;  // of each pair of robots that has loops
+  std::vector<PairAlignment> alignments;  // the possible ones of each pair of robots that has loops
+  std::vector<FrameExtent> extents;       // of each robot
 };
 RobustStart robust_start(const PoseGraph& graph, AlignmentOptions options = {});
 

@@ -14,9 +14,10 @@ constexpr int kSameSolution = 0;
 
 }  // namespace
 
-void StartFrames::add(const StartFrame& frame, std::int64_t solution) {
+void StartFrames::add(const StartFrame& frame, std::int64_t solution, const FrameExtent& extent) {
   frames_.push_back(frame);
   solutions_.push_back(solution);
+  extents_.push_back(extent);
 }
 
 bool StartFrames::has(const StartFrame& frame) const {
@@ -38,7 +39,7 @@ std::vector<int> StartFrames::place(std::vector<PairAlignment> pairs, int robot)
   std::ptrdiff_t most = 0;
   for (int f = 0; f < static_cast<int>(frames_.size()); ++f) {
     if (frames_[f].robot != part.front()) continue;
-    const Frames grown = spanning_tree(pairs, static_cast<int>(frames_.size()), f);
+    const Frames grown = spanning_tree(pairs, extents_, f);
     const auto reached =
         std::count_if(grown.T_W_O.begin(), grown.T_W_O.end(), [](const auto& T) { return T.has_value(); });
     if (reached <= most) continue;

@@ -2,7 +2,7 @@
 #pragma once
 
 // The frames that the segments of a round's members start in, and where they lie in W. Each begins in its own; loops between
-// two segments align their frames (frame_alignment.h). Segments that an earlier round left in one frame stay so where no more
+// two segments align their frames (frame_tree.h). Segments that an earlier round left in one frame stay so where no more
 // loops speak for another alignment: a frame that a wrong loop made when there were few is not for ever. What is connected,
 // through whichever robots, is one part of the team; W is a frame of the part's lowest robot.
 
@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "core/geometry/se3.h"
-#include "core/pgo/frame_alignment.h"
+#include "core/pgo/frame_tree.h"
 
 namespace covey::pgo {
 
@@ -25,7 +25,7 @@ struct StartFrame {
 class StartFrames {
  public:
   // Ascending. solution: the name of the frame that an earlier round left, 0 for odometry.
-  void add(const StartFrame& frame, std::int64_t solution);
+  void add(const StartFrame& frame, std::int64_t solution, const FrameExtent& extent = {});
 
   bool has(const StartFrame& frame) const;
   int index_of(const StartFrame& frame) const;
@@ -47,6 +47,7 @@ class StartFrames {
 
   std::vector<StartFrame> frames_;
   std::vector<std::int64_t> solutions_;  // of each frame
+  std::vector<FrameExtent> extents_;
   std::vector<std::optional<SE3>> T_W_S_;
   int root_ = -1;
 };

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/pgo/frame_alignment.h"
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <numbers>
 #include <random>
@@ -107,28 +108,25 @@ TEST_CASE("one candidate is no agreement, none is no alignment") {
   CHECK(align_pair({SE3{}}, options).ok);
 }
 
-TEST_CASE("the tree follows the alignments with the most inliers and composes them") {
-  Draw draw{std::mt19937_64(3)};
-  std::vector<SE3> T_W_O;
-  for (int robot = 0; robot < 5; ++robot) T_W_O.push_back(robot == 0 ? SE3{} : draw.anywhere());
-  std::vector<PairAlignment> pairs;
-  const auto add = [&](int a, int b, int inliers, bool right) {
-    PairAlignment pair{a, b, {}};
-    pair.alignment.T_A_B = right ? T_W_O[a].inverse() * T_W_O[b] : draw.anywhere();
-    pair.alignment.inliers = inliers;
-    pair.alignment.ok = inliers >= 2;
-    pairs.push_back(pair);
-  };
-  add(0, 1, 5, false);
-  add(0, 2, 10, true);
-  add(1, 2, 8, true);  // reached against its direction
-  add(3, 1, 6, true);
-  add(0, 4, 1, false);  // not ok: robot 4 stays out
-  const Frames frames = spanning_tree(pairs, 5);
-  for (int robot = 0; robot < 4; ++robot) {
-    REQUIRE(frames.T_W_O[robot]);
-    CHECK((frames.T_W_O[robot]->inverse() * T_W_O[robot]).log().norm() < 1e-12);
+TEST_CASE("where loops disagree, each place that some agree on is possible") {
+  Draw draw{std::mt19937_64(5)};
+  const SE3 places[] = {draw.anywhere(), draw.anywhere(), draw.anywhere()};
+  std::vector<SE3> candidates;
+  std::vector<int> of;
+  for (const int place : {1, 0, 2, 1, 0, 0, 1, 0}) {
+    candidates.push_back(draw.near(places[place], 0.02, 0.1));
+    of.push_back(place);
   }
-  CHECK(!frames.T_W_O[4]);
-  CHECK(frames.edges == std::vector<std::pair<int, int>>{{0, 2}, {2, 1}, {1, 3}});
+  const auto possible = possible_alignments(candidates, {.min_inliers = 1});
+  REQUIRE(possible.size() == 3);
+  for (int place = 0; place < 3; ++place) {
+    const AlignmentResult& alignment = possible[place];
+    CHECK(alignment.inliers == std::count(of.begin(), of.end(), place));
+    CHECK(alignment.total == 8);
+    for (std::size_t k = 0; k < of.size(); ++k) CHECK(alignment.kept[k] == (of[k] == place));
+    CHECK((alignment.T_A_B.translation - places[place].translation).norm() < 0.5);
+  }
+  for (int k = 0; k < 30; ++k) candidates.push_back(draw.near(places[0], 0.02, 0.1));
+  CHECK(possible_alignments(candidates, {.min_inliers = 1}).size() == 1);  // beyond doubt
+  CHECK(possible_alignments({}).empty());
 }
