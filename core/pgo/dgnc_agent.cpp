@@ -328,7 +328,8 @@ void DgncAgent::join_round(const dpgo_round_t& proposal, Utime now) {
   keep_unfinished();
   proposal_ = proposal;
   newest_round_ = std::max(newest_round_, proposal.round);
-  const double mu = unfinished_ ? unfinished_->mu : 0.0;
+  // Of loops that have come since nothing is decided: mu starts again.
+  const double mu = unfinished_ && unfinished_->graph == graph().hash ? unfinished_->mu : 0.0;
   std::vector<int> members(proposal.members.begin(), proposal.members.end());
   round_.emplace(RoundName{proposal.round, proposal.from}, std::move(members), graph(),
                  starts_from(unfinished_ ? *unfinished_ : solution_, graph()), mu, options_.dgnc);

@@ -106,6 +106,8 @@ int DgncRound::updates() const { return state_->updates ? state_->updates->updat
 double DgncRound::mu() const { return state_->updates ? state_->updates->stages().mu() : 0.0; }
 std::int64_t DgncRound::frame() const { return state_->opening.problem().world(); }
 
+std::uint64_t DgncRound::graph() const { return state_->opening.problem().graph.hash; }
+
 std::vector<SegmentResult> DgncRound::current() const {
   if (!state_->updates) return {};
   return placed_segments(state_->opening.problem(), state_->updates->solution().T_root_K);

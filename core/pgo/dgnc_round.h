@@ -73,7 +73,8 @@ class DgncRound {
   // For observers: updates so far, and the current poses of the placed segments, rounded to SE(3).
   int updates() const;
   double mu() const;
-  std::int64_t frame() const;  // name of W, after the alignment
+  std::int64_t frame() const;   // name of W, after the alignment
+  std::uint64_t graph() const;  // hash of what is solved
   std::vector<SegmentResult> current() const;
 
  private:
