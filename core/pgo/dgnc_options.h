@@ -42,8 +42,8 @@ struct DgncOptions {
 
   AlignmentOptions alignment{.min_inliers = 1};
   bool local_start = true;  // segments that come from odometry alone are first solved by their own loops
-  double resolution =
-      16.0;  // units per root mean square of the steps that are sent; four times as many in the end
+  double rounding =
+      0.01;  // of the poses that are sent: what it may cost, as a part of what an update gains; a tenth in the end
   BlockSolverOptions block{.max_outer = 1, .max_inner = 20};  // more per update costs time and gains nothing
 };
 

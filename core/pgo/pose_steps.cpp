@@ -2,22 +2,19 @@
 #include "core/pgo/pose_steps.h"
 
 #include <algorithm>
-#include <array>
+#include <bit>
 #include <cmath>
 #include <utility>
 
 #include "core/base/error.h"
-#include "core/pgo/bit_code.h"
 
 namespace covey::pgo {
 namespace {
 
-constexpr double kLargestRotationUnit = 1.0;
-constexpr double kLargestTranslationUnit = 1e4;
+constexpr double kLargestRotationUnit = 0.5;
+constexpr double kLargestTranslationUnit = 5e3;
 constexpr double kSmallestUnit = 1e-10;  // rad, m: below any measure
 constexpr double kFarthestM = 1e8;
-constexpr int kParameterBits = 5;
-constexpr int kNotCoded = 31;  // parameter of a component that is zero for all
 
 struct Step {
   Eigen::Vector3d phi = Eigen::Vector3d::Zero();    // Gibbs' vector times 2
@@ -36,127 +33,154 @@ SE3 moved_by(const Step& step, const SE3& pose) {
   return {SO3::from_quaternion(q) * pose.rotation, pose.translation + step.delta};
 }
 
-// The step of a keyframe if it moved with the one before it as one rigid body.
-class Prediction {
- public:
-  Step at(const Eigen::Vector3d& t) const { return {last_.phi, last_.delta + last_.phi.cross(t - t_)}; }
-  void take(const Step& step, const Eigen::Vector3d& t) {
-    last_ = step;
-    t_ = t;
-  }
-
- private:
-  Step last_;
-  Eigen::Vector3d t_ = Eigen::Vector3d::Zero();
-};
-
-struct Units {
-  double rotation;
-  double translation;
-
-  Numbers numbers(const Step& step, const Step& foretold) const {
-    Numbers result{};
-    for (int c = 0; c < 3; ++c) {
-      result[c] = in_units(step.phi[c] - foretold.phi[c], rotation);
-      result[c + 3] = in_units(step.delta[c] - foretold.delta[c], translation);
-    }
-    return result;
-  }
-  Step step(const Numbers& numbers, const Step& foretold) const {
-    Step result = foretold;
-    for (int c = 0; c < 3; ++c) {
-      result.phi[c] += rotation * numbers[c];
-      result.delta[c] += translation * numbers[c + 3];
-    }
-    return result;
-  }
-  static std::int32_t in_units(double value, double unit) {
+Numbers in_units(const PoseUnits& units, const Step& step, const Step& foretold) {
+  const auto whole = [](double value, double unit) {
     return static_cast<std::int32_t>(
         std::clamp<double>(std::round(value / unit), -kLargestCoded, kLargestCoded));
+  };
+  Numbers numbers{};
+  for (int c = 0; c < 3; ++c) {
+    numbers[c] = whole(step.phi[c] - foretold.phi[c], units.rotation);
+    numbers[c + 3] = whole(step.delta[c] - foretold.delta[c], units.translation);
   }
+  return numbers;
+}
+
+Step from_units(const PoseUnits& units, const Numbers& numbers, const Step& foretold) {
+  Step step = foretold;
+  for (int c = 0; c < 3; ++c) {
+    step.phi[c] += units.rotation * numbers[c];
+    step.delta[c] += units.translation * numbers[c + 3];
+  }
+  return step;
+}
+
+// One keyframe, between two whose steps are known already.
+struct Visit {
+  int place = 0;
+  int before = -1;  // -1: none
+  int after = -1;
+  int level = 0;  // of how far apart these two are
 };
 
-float unit_of(double mean_square, double resolution, double largest) {
-  return static_cast<float>(std::clamp(std::sqrt(mean_square) / resolution, kSmallestUnit, 0.5 * largest));
+std::vector<Visit> visits(int count, int levels) {
+  std::vector<Visit> order;
+  if (count > 0) order.push_back({});
+  if (count > 1) order.push_back({count - 1, 0});
+  std::vector<std::pair<int, int>> spans{{0, count - 1}};
+  for (std::size_t s = 0; s < spans.size(); ++s) {
+    const auto [first, last] = spans[s];
+    if (last - first < 2) continue;
+    const int middle = first + (last - first) / 2;
+    const int level = std::bit_width(static_cast<unsigned>(last - first)) - 1;
+    order.push_back({middle, first, last, std::min(level, levels - 1)});
+    spans.emplace_back(first, middle);
+    spans.emplace_back(middle, last);
+  }
+  return order;
+}
+
+// What the steps that are known say of the next one.
+class Foretelling {
+ public:
+  // Of the chosen keyframes.
+  Foretelling(std::vector<Eigen::Vector3d> positions, std::vector<double> along)
+      : positions_(std::move(positions)), along_(std::move(along)), steps_(positions_.size()) {}
+
+  Step at(const Visit& visit) const {
+    if (visit.before < 0) return {};
+    const Step first = moving_with(visit.before, visit.place);
+    if (visit.after < 0) return first;
+    const Step second = moving_with(visit.after, visit.place);
+    const double length = along_[visit.after] - along_[visit.before];
+    const double part = length > 0.0 ? (along_[visit.place] - along_[visit.before]) / length : 0.5;
+    return {first.phi + part * (second.phi - first.phi), first.delta + part * (second.delta - first.delta)};
+  }
+  void take(const Visit& visit, const Step& step) { steps_[visit.place] = step; }
+
+ private:
+  Step moving_with(int neighbour, int place) const {
+    const Step& step = steps_[neighbour];
+    return {step.phi, step.delta + step.phi.cross(positions_[place] - positions_[neighbour])};
+  }
+
+  std::vector<Eigen::Vector3d> positions_;
+  std::vector<double> along_;
+  std::vector<Step> steps_;
+};
+
+Foretelling foretelling(const std::vector<int>& chosen, const std::vector<SE3>& expected,
+                        const std::vector<double>& along) {
+  std::vector<Eigen::Vector3d> positions;
+  std::vector<double> places;
+  for (const int k : chosen) {
+    positions.push_back(expected[k].translation);
+    places.push_back(along[k]);
+  }
+  return {std::move(positions), std::move(places)};
+}
+
+float unit_within(double unit, double largest) {
+  return static_cast<float>(std::clamp(unit, kSmallestUnit, largest));
 }
 
 }  // namespace
 
-void encode_steps(const std::vector<SE3>& sent, const std::vector<SE3>& wanted,
-                  const std::vector<bool>& chosen, double resolution, dpgo_step_t& message) {
-  COVEY_CHECK(wanted.size() == sent.size() && chosen.size() == sent.size());
-  std::vector<Step> steps;
-  std::vector<int> which;
-  double rotation_sq = 0.0;
-  double translation_sq = 0.0;
-  for (std::size_t k = 0; k < sent.size(); ++k) {
-    if (!chosen[k]) continue;
-    which.push_back(static_cast<int>(k));
-    steps.push_back(step_between(sent[k], wanted[k]));
-    rotation_sq += steps.back().phi.squaredNorm();
-    translation_sq += steps.back().delta.squaredNorm();
-  }
-  const double n = std::max<double>(1.0, static_cast<double>(steps.size()));
-  message.rotation_unit = unit_of(rotation_sq / n, resolution, kLargestRotationUnit);
-  message.translation_unit = unit_of(translation_sq / n, resolution, kLargestTranslationUnit);
-  const Units units{message.rotation_unit, message.translation_unit};
+StepCode::StepCode(std::vector<double> along) : along_(std::move(along)), chosen_(along_.size(), true) {}
 
-  std::array<std::vector<std::int32_t>, 6> numbers;
-  Prediction prediction;
-  for (std::size_t i = 0; i < steps.size(); ++i) {
-    const Eigen::Vector3d& t = sent[which[i]].translation;
-    const Step foretold = prediction.at(t);
-    const Numbers of_step = units.numbers(steps[i], foretold);
-    for (int c = 0; c < 6; ++c) numbers[c].push_back(of_step[c]);
-    prediction.take(units.step(of_step, foretold), t);
+void StepCode::encode(const std::vector<SE3>& expected, const std::vector<SE3>& wanted,
+                      const std::vector<bool>& chosen, const PoseUnits& units, dpgo_step_t& message) const {
+  COVEY_CHECK(expected.size() == along_.size() && wanted.size() == along_.size() &&
+              chosen.size() == along_.size());
+  message.rotation_unit = unit_within(units.rotation, kLargestRotationUnit);
+  message.translation_unit = unit_within(units.translation, kLargestTranslationUnit);
+  const PoseUnits rounded{message.rotation_unit, message.translation_unit};
+  RangeWriter writer;
+  Models models = models_;
+  std::vector<int> which;
+  for (std::size_t k = 0; k < chosen.size(); ++k) {
+    writer.put(chosen[k], models.chosen[chosen_[k] ? 1 : 0]);
+    if (chosen[k]) which.push_back(static_cast<int>(k));
   }
-  BitWriter writer;
-  std::array<int, 6> parameters{};
-  for (int c = 0; c < 6; ++c) {
-    const bool zero = std::all_of(numbers[c].begin(), numbers[c].end(), [](int v) { return v == 0; });
-    parameters[c] = zero ? kNotCoded : best_rice(numbers[c]);
-    writer.put(static_cast<std::uint32_t>(parameters[c]), kParameterBits);
+  Foretelling known = foretelling(which, expected, along_);
+  for (const Visit& visit : visits(static_cast<int>(which.size()), kLevels)) {
+    const Step foretold = known.at(visit);
+    const int k = which[visit.place];
+    const Numbers numbers = in_units(rounded, step_between(expected[k], wanted[k]), foretold);
+    for (int c = 0; c < 6; ++c) writer.put(numbers[c], models.numbers[c][visit.level]);
+    known.take(visit, from_units(rounded, numbers, foretold));
   }
-  const bool all = which.size() == sent.size();
-  writer.put(all ? 1 : 0, 1);
-  std::size_t i = 0;
-  for (const bool is_chosen : chosen) {
-    if (!all) writer.put(is_chosen ? 1 : 0, 1);
-    if (!is_chosen) continue;
-    for (int c = 0; c < 6; ++c) {
-      if (parameters[c] != kNotCoded) writer.put_rice(numbers[c][i], parameters[c]);
-    }
-    ++i;
-  }
-  message.code = writer.bytes();
+  message.code = writer.finish();
   message.n = static_cast<std::int32_t>(message.code.size());
 }
 
-bool add_steps(const dpgo_step_t& message, std::vector<SE3>& poses) {
+bool StepCode::add(const dpgo_step_t& message, const std::vector<SE3>& expected, std::vector<SE3>& poses) {
   if (message.code.empty()) return true;
-  BitReader reader(message.code);
-  std::array<int, 6> parameters{};
-  for (int& parameter : parameters) {
-    parameter = static_cast<int>(reader.get(kParameterBits));
-    if (parameter > kLargestRice && parameter != kNotCoded) return false;
+  const PoseUnits units{message.rotation_unit, message.translation_unit};
+  RangeReader reader(message.code);
+  Models models = models_;
+  std::vector<bool> chosen(along_.size());
+  std::vector<int> which;
+  for (std::size_t k = 0; k < chosen.size(); ++k) {
+    chosen[k] = reader.get(models.chosen[chosen_[k] ? 1 : 0]);
+    if (chosen[k]) which.push_back(static_cast<int>(k));
   }
-  const bool all = reader.get(1) == 1;
-  const Units units{message.rotation_unit, message.translation_unit};
   std::vector<SE3> moved = poses;
-  Prediction prediction;
-  for (SE3& pose : moved) {
-    if (!all && reader.get(1) == 0) continue;
+  Foretelling known = foretelling(which, expected, along_);
+  for (const Visit& visit : visits(static_cast<int>(which.size()), kLevels)) {
+    const Step foretold = known.at(visit);
+    const int k = which[visit.place];
     Numbers numbers{};
-    for (int c = 0; c < 6; ++c) {
-      if (parameters[c] != kNotCoded) numbers[c] = reader.get_rice(parameters[c]);
-    }
-    const Step step = units.step(numbers, prediction.at(pose.translation));
-    prediction.take(step, pose.translation);
-    pose = moved_by(step, pose);
-    if (!(pose.translation.cwiseAbs().maxCoeff() < kFarthestM)) return false;
+    for (int c = 0; c < 6; ++c) numbers[c] = reader.get(models.numbers[c][visit.level]);
+    const Step step = from_units(units, numbers, foretold);
+    known.take(visit, step);
+    moved[k] = moved_by(step, expected[k]);
+    if (!(moved[k].translation.cwiseAbs().maxCoeff() < kFarthestM)) return false;
   }
   if (!reader.ended_well()) return false;
   poses = std::move(moved);
+  models_ = models;
+  chosen_ = std::move(chosen);
   return true;
 }
 

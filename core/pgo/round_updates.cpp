@@ -6,7 +6,6 @@
 #include <limits>
 #include <utility>
 
-#include "core/pgo/pose_steps.h"
 #include "core/pgo/tls.h"
 
 namespace covey::pgo {
@@ -14,7 +13,11 @@ namespace {
 
 // Nothing leaves the rotations that rounds start from for a higher rank: their gradient has no part there.
 constexpr int kRank = 3;
-constexpr double kRounding = 1e-6;  // of costs as they are said
+constexpr double kRounding = 1e-6;        // of costs as they are said
+constexpr double kShortestSum = 0.1;      // of quaternions, to be one
+constexpr double kBetweenSegments = 1e6;  // keyframes
+constexpr double kLastPart = 0.1;         // of what rounding may cost, when weights are binary
+constexpr double kMostUnits = 16.0;       // to a root mean square of what is to be said
 
 Lifted lift_all(const std::vector<SE3>& poses) {
   Lifted X(kRank, 4 * static_cast<Eigen::Index>(poses.size()));
@@ -34,6 +37,50 @@ Lifted combination(const std::deque<Lifted>& results, const std::vector<double>&
   Lifted sum = coefficients[0] * results[0];
   for (std::size_t k = 1; k < coefficients.size(); ++k) sum += coefficients[k] * results[k];
   return sum;
+}
+
+// Of poses that all robots have to combine alike: in single precision, so that what machines compute differently in the last
+// bits does not add up.
+std::vector<SE3> combination(const std::deque<std::vector<SE3>>& results,
+                             const std::vector<double>& coefficients) {
+  std::vector<SE3> poses = results.front();
+  if (coefficients.size() == 1) return poses;
+  for (std::size_t p = 0; p < poses.size(); ++p) {
+    const Eigen::Vector4d newest = poses[p].rotation.quaternion().coeffs();
+    Eigen::Vector4d q = Eigen::Vector4d::Zero();
+    Eigen::Vector3d t = Eigen::Vector3d::Zero();
+    for (std::size_t k = 0; k < coefficients.size(); ++k) {
+      const Eigen::Vector4d other = results[k][p].rotation.quaternion().coeffs();
+      q += (other.dot(newest) < 0.0 ? -coefficients[k] : coefficients[k]) * other;
+      t += coefficients[k] * results[k][p].translation;
+    }
+    if (q.norm() < kShortestSum) continue;
+    poses[p].rotation = SO3::from_quaternion(Eigen::Quaterniond(q.cast<float>().cast<double>()));
+    poses[p].translation = t.cast<float>().cast<double>();
+  }
+  return poses;
+}
+
+// Finer ones would say in many digits what the next update may say in few.
+PoseUnits finest_units(const std::vector<SE3>& expected, const std::vector<SE3>& wanted,
+                       const std::vector<bool>& chosen) {
+  PoseUnits sum;
+  double n = 1e-9;
+  for (std::size_t k = 0; k < chosen.size(); ++k) {
+    if (!chosen[k]) continue;
+    const Lifted left = lift(wanted[k], kRank) - lift(expected[k], kRank);
+    sum.rotation += 0.5 * left.leftCols<3>().squaredNorm();  // |R Exp(phi) - R|_F^2 = 2 |phi|^2
+    sum.translation += left.col(3).squaredNorm();
+    n += 1.0;
+  }
+  return {std::sqrt(sum.rotation / n) / kMostUnits, std::sqrt(sum.translation / n) / kMostUnits};
+}
+
+// Where a robot's public keyframes are on its trajectory; segments are far from each other.
+std::vector<double> places_along(const OpenedMember& member) {
+  std::vector<double> along(member.T_S_K.size(), 0.0);
+  for (const auto& [name, place] : member.places) along[place] = kBetweenSegments * name.first + name.second;
+  return along;
 }
 
 template <typename T>
@@ -68,9 +115,9 @@ RoundUpdates::RoundUpdates(const AgreedProblem& problem, const DgncOptions& opti
   }
   results_ = {lift_all(problem.own_start())};
   for (const int robot : problem.part) {
-    Member& member = members_[robot];
-    member.sent = problem.public_start(robot);
-    member.results = {lift_all(member.sent)};
+    const std::vector<SE3> start = problem.public_start(robot);
+    members_.emplace(robot,
+                     Member{start, {start}, start, StepCode(places_along(problem.members.at(robot))), {}});
   }
   private_weights_ = Eigen::VectorXd::Ones(static_cast<Eigen::Index>(problem.graph.private_loops.size()));
   shared_weights_ = Eigen::VectorXd::Ones(static_cast<Eigen::Index>(shared.size()));
@@ -89,8 +136,8 @@ Eigen::VectorXd RoundUpdates::shared_residuals() const {
     const SharedLoop& end = problem_.ends[e];
     const SharedEdge& edge = solver_->shared()[e];
     const Lifted difference =
-        my_side(edge, members_.at(problem_.robot()).results.front().middleCols<4>(4 * end.my_place)) -
-        other_side(edge, members_.at(end.peer).results.front().middleCols<4>(4 * end.peer_place));
+        my_side(edge, lift(members_.at(problem_.robot()).results.front()[end.my_place], kRank)) -
+        other_side(edge, lift(members_.at(end.peer).results.front()[end.peer_place], kRank));
     r2[static_cast<Eigen::Index>(e)] = weighted_square(difference, edge.kappa, edge.tau);
   }
   return r2;
@@ -107,17 +154,19 @@ void RoundUpdates::send_first(RoundMail& mail) const {
 bool RoundUpdates::fits(int robot, const RoundMessage& message) const {
   const auto* step = std::get_if<dpgo_step_t>(&message);
   if (step == nullptr) return false;
-  std::vector<SE3> sent = members_.at(robot).sent;
-  return step->products.size() == steps_.size() && add_steps(*step, sent);
+  const Member& member = members_.at(robot);
+  StepCode code = member.code;
+  std::vector<SE3> sent = member.sent;
+  return step->products.size() == steps_.size() && code.add(*step, member.ahead, sent);
 }
 
 bool RoundUpdates::advance(RoundMail& mail) {
   TeamUpdate team;
   for (const int robot : problem_.part) {
     const auto& m = mail.from<dpgo_step_t>(robot);
-    Member& member = members_[robot];
-    add_steps(m, member.sent);
-    push(lift_all(member.sent), options_.look_back + 1, member.results);
+    Member& member = members_.at(robot);
+    member.code.add(m, member.ahead, member.sent);
+    push(member.sent, options_.look_back + 1, member.results);
     member.said = m;
     team.cost += m.cost;
     team.decrease += m.decrease;
@@ -132,8 +181,7 @@ bool RoundUpdates::advance(RoundMail& mail) {
   if (stages_.ended(team)) {
     if (updates_ > 0) note_stage(team, mail.bytes());
     if (!stages_.begin(team, first_mu())) return false;
-    anderson_.restart();
-    cost_ = std::numeric_limits<double>::infinity();
+    begin_anew();
     set_weights();
   } else if (!worse) {
     accelerate(team);
@@ -190,9 +238,15 @@ void RoundUpdates::accelerate(const TeamUpdate& team) {
   anderson_.add(products);
 }
 
-void RoundUpdates::take_back() {
+// Steps under other weights, or that have been taken back, say nothing of those to come.
+void RoundUpdates::begin_anew() {
   anderson_.restart();
+  steps_.clear();
   cost_ = std::numeric_limits<double>::infinity();
+}
+
+void RoundUpdates::take_back() {
+  begin_anew();
   results_.pop_front();
   for (auto& [robot, member] : members_) member.results.pop_front();
 }
@@ -220,7 +274,8 @@ void RoundUpdates::note_stage(const TeamUpdate& team, std::int64_t bytes_sent) {
 
 void RoundUpdates::update(dpgo_step_t& m) {
   const std::vector<double> blend = anderson_.coefficients();
-  const Lifted fixed = targets(blend);
+  for (auto& [robot, member] : members_) member.ahead = combination(member.results, blend);
+  const Lifted fixed = targets();
   Lifted X = results_.front();
   if (blend.size() > 1) X = retract(X, combination(results_, blend) - X);
   Step step{X, solver_->riemannian_gradient(fixed, X)};
@@ -237,16 +292,15 @@ void RoundUpdates::update(dpgo_step_t& m) {
 }
 
 // The sides of shared loops, halfway between those of the two robots.
-Lifted RoundUpdates::targets(const std::vector<double>& blend) const {
-  std::map<int, Lifted> ahead;
-  for (const auto& [robot, member] : members_) ahead[robot] = combination(member.results, blend);
+Lifted RoundUpdates::targets() const {
+  const std::vector<SE3>& mine = members_.at(problem_.robot()).ahead;
   Lifted targets(kRank, 4 * static_cast<Eigen::Index>(problem_.ends.size()));
   for (std::size_t e = 0; e < problem_.ends.size(); ++e) {
     const SharedLoop& end = problem_.ends[e];
     const SharedEdge& edge = solver_->shared()[e];
     targets.middleCols<4>(4 * static_cast<Eigen::Index>(e)) =
-        0.5 * (my_side(edge, ahead.at(problem_.robot()).middleCols<4>(4 * end.my_place)) +
-               other_side(edge, ahead.at(end.peer).middleCols<4>(4 * end.peer_place)));
+        0.5 * (my_side(edge, lift(mine[end.my_place], kRank)) +
+               other_side(edge, lift(members_.at(end.peer).ahead[end.peer_place], kRank)));
   }
   return targets;
 }
@@ -266,8 +320,28 @@ void RoundUpdates::encode_public_poses(dpgo_step_t& m) const {
     own.middleCols<4>(4 * static_cast<Eigen::Index>(k)) =
         results_.front().middleCols<4>(4 * problem_.public_index[k]);
   const std::vector<SE3> wanted = poses_of(own);
-  encode_steps(members_.at(problem_.robot()).sent, wanted, poses_to_send(wanted),
-               stages_.binary() ? 4.0 * options_.resolution : options_.resolution, m);
+  const std::vector<bool> chosen = poses_to_send(wanted);
+  const Member& self = members_.at(problem_.robot());
+  self.code.encode(self.ahead, wanted, chosen, units_for(m.decrease, wanted, chosen), m);
+}
+
+// Rounding to units u_t and u_R has a variance of u^2 / 12 in each axis. It moves the sides of the shared loops and so costs
+// sum w (tau u_t^2 / 4 + (kappa / 2 + tau |t|^2 / 6) u_R^2), of which either part may be half of what there is to spend.
+PoseUnits RoundUpdates::units_for(double gain, const std::vector<SE3>& wanted,
+                                  const std::vector<bool>& chosen) const {
+  double per_translation = 1e-12;
+  double per_rotation = 1e-12;
+  for (std::size_t e = 0; e < problem_.ends.size(); ++e) {
+    const SharedEdge& edge = solver_->shared()[e];
+    const double lever_sq = edge.mine_is_from ? edge.measurement.translation.squaredNorm() : 0.0;
+    per_translation += shared_weights_[e] * edge.tau / 4.0;
+    per_rotation += shared_weights_[e] * (edge.kappa / 2.0 + edge.tau * lever_sq / 6.0);
+  }
+  const double part = stages_.binary() ? kLastPart * options_.rounding : options_.rounding;
+  const double spent = 0.5 * part * std::max(0.0, gain);
+  const PoseUnits finest = finest_units(members_.at(problem_.robot()).ahead, wanted, chosen);
+  return {std::max(std::sqrt(spent / per_rotation), finest.rotation),
+          std::max(std::sqrt(spent / per_translation), finest.translation)};
 }
 
 // A loop of weight 0 stays so while its residual, as both ends know it, is beyond the limit: a pose may keep back what moves
@@ -295,8 +369,7 @@ std::vector<bool> RoundUpdates::poses_to_send(const std::vector<SE3>& wanted) co
 
 // Everything as seen from the root.
 RoundSolution RoundUpdates::solution() const {
-  const Lifted& X_anchor = members_.at(problem_.anchor()).results.front();
-  const SE3 T_root = poses_of(X_anchor.middleCols<4>(4 * problem_.root_place())).front().inverse();
+  const SE3 T_root = members_.at(problem_.anchor()).results.front()[problem_.root_place()].inverse();
   const auto from_root = [&](std::vector<SE3> poses) {
     for (SE3& T : poses) T = T_root * T;
     return poses;
@@ -304,7 +377,7 @@ RoundSolution RoundUpdates::solution() const {
   RoundSolution solution;
   solution.T_root_K = from_root(poses_of(results_.front()));
   for (const auto& [robot, member] : members_)
-    solution.T_root_K_public[robot] = from_root(poses_of(member.results.front()));
+    solution.T_root_K_public[robot] = from_root(member.results.front());
   solution.private_weights = private_weights_;
   solution.shared_weights = shared_weights_;
   return solution;

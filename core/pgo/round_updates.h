@@ -19,8 +19,9 @@
 // Weights. Both ends of a shared loop know both poses as they were sent, so both compute the same weight (paper, eq. 14)
 // and no message is spent on it; the lower robot owns the loop where loops are counted.
 //
-// Poses travel as steps (public_poses.h). One whose loops are all rejected travels only when it has moved so far that one of
-// them might come back.
+// Poses travel as steps from where the combination has the public keyframes, which all know (pose_steps.h), in units whose
+// rounding costs the team a small part of what the update gains. One whose loops are all rejected travels only when it has moved so far that one of them
+// might come back.
 
 #include <deque>
 #include <limits>
@@ -33,6 +34,7 @@
 #include "core/pgo/block_solver.h"
 #include "core/pgo/dgnc_options.h"
 #include "core/pgo/gnc_stages.h"
+#include "core/pgo/pose_steps.h"
 #include "core/pgo/round_mail.h"
 #include "core/pgo/round_result.h"
 
@@ -57,9 +59,11 @@ class RoundUpdates {
  private:
   // What is known of a member of the part, this robot included.
   struct Member {
-    std::vector<SE3> sent;       // public keyframes, as all know them
-    std::deque<Lifted> results;  // the same after the last updates, newest first
-    dpgo_step_t said;            // the last message
+    std::vector<SE3> sent;                 // public keyframes, as all know them
+    std::deque<std::vector<SE3>> results;  // the same after the last updates, newest first
+    std::vector<SE3> ahead;                // their combination, where the update under way begins
+    StepCode code;
+    dpgo_step_t said;  // the last message
   };
   struct Step {       // of this robot's block, by one update
     Lifted moved;     // from the point that the update began at
@@ -72,13 +76,15 @@ class RoundUpdates {
   double first_mu() const;
   void set_weights();
   void update(dpgo_step_t& m);
-  Lifted targets(const std::vector<double>& blend) const;
+  Lifted targets() const;
+  void begin_anew();
   void accelerate(const TeamUpdate& team);
   void take_back();
   void note_stage(const TeamUpdate& team, std::int64_t bytes_sent);
   void remember(Step step, dpgo_step_t& m);
   void encode_public_poses(dpgo_step_t& m) const;
   std::vector<bool> poses_to_send(const std::vector<SE3>& wanted) const;
+  PoseUnits units_for(double gain, const std::vector<SE3>& wanted, const std::vector<bool>& chosen) const;
 
   const AgreedProblem& problem_;
   DgncOptions options_;
@@ -86,7 +92,7 @@ class RoundUpdates {
   std::unique_ptr<BlockSolver> solver_;  // its private edges: odometry, then the private loops
   int odometry_edges_ = 0;
   std::deque<Lifted> results_;  // own poses after the last updates, newest first
-  std::deque<Step> steps_;      // of these updates
+  std::deque<Step> steps_;      // of those that may be combined
   Eigen::VectorXd private_weights_;
   Eigen::VectorXd shared_weights_;
   GncStages stages_;
