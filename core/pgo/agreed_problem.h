@@ -32,7 +32,7 @@ struct SegmentStart {
 
 struct OpenedMember {  // of the round, this robot included
   dpgo_join_t join;
-  // Its public keyframes, in the order of dpgo_start_t.
+  // Its public keyframes, in the order of dpgo_keyframes_t.
   std::map<std::pair<int, int>, int> places;  // of (place of the segment in the join, id)
   std::vector<int> segments;                  // places in the join
   std::vector<SE3> T_S_K;                     // as sent, in the frames of the segments' starts

@@ -29,7 +29,10 @@ struct ValuesAreGood {
            std::is_sorted(m.segments.begin(), m.segments.end());
   }
   bool operator()(const dpgo_keys_t&) const { return true; }
-  bool operator()(const dpgo_start_t& m) const { return m.n > 0 && good_poses(m.T_S_K, m.n); }
+  bool operator()(const dpgo_keyframes_t& m) const {
+    return m.n > 0 && m.rotation_unit > 0.0F && m.rotation_unit < 1.0F && m.translation_unit > 0.0F &&
+           m.translation_unit < 1e4F;
+  }
   bool operator()(const dpgo_alignment_t& m) const { return good_poses(m.T_A_B, m.n); }
   bool operator()(const dpgo_step_t& m) const {
     return m.max_residual_sq >= 0.0F && m.max_residual_sq < kLargestResidualSq && std::isfinite(m.cost) &&

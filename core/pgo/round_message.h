@@ -7,16 +7,16 @@
 #include <covey/dpgo_alignment_t.hpp>
 #include <covey/dpgo_graph_t.hpp>
 #include <covey/dpgo_join_t.hpp>
+#include <covey/dpgo_keyframes_t.hpp>
 #include <covey/dpgo_keys_t.hpp>
 #include <covey/dpgo_poses_t.hpp>
-#include <covey/dpgo_start_t.hpp>
 #include <covey/dpgo_step_t.hpp>
 #include <cstdint>
 #include <variant>
 
 namespace covey::pgo {
 
-using RoundMessage = std::variant<dpgo_join_t, dpgo_keys_t, dpgo_start_t, dpgo_alignment_t, dpgo_step_t,
+using RoundMessage = std::variant<dpgo_join_t, dpgo_keys_t, dpgo_keyframes_t, dpgo_alignment_t, dpgo_step_t,
                                   dpgo_graph_t, dpgo_poses_t>;
 
 struct RoundName {

@@ -4,19 +4,36 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "core/base/error.h"
 #include "core/pgo/hash.h"
+#include "core/pgo/keyframe_code.h"
 #include "core/pgo/local_start.h"
 #include "core/pgo/public_poses.h"
 
 namespace covey::pgo {
 namespace {
 
+constexpr double kUnitsPerSigma = 16.0;
+
 std::int64_t hash_of(const std::vector<GraphLoop>& loops) {
   Hash hash;
   for (const GraphLoop& loop : loops) hash.add(loop.key);
   return static_cast<std::int64_t>(hash.value());
+}
+
+// Far finer than any loop with others says where its ends are.
+PoseUnits start_units(const GraphSnapshot& graph) {
+  Precision finest{1.0, 1.0};
+  for (const auto& [peer, loops] : graph.shared_loops) {
+    for (const GraphLoop& loop : loops) {
+      finest.kappa = std::max(finest.kappa, loop.precision.kappa);
+      finest.tau = std::max(finest.tau, loop.precision.tau);
+    }
+  }
+  return {1.0 / (kUnitsPerSigma * std::sqrt(2.0 * finest.kappa)),
+          1.0 / (kUnitsPerSigma * std::sqrt(finest.tau))};
 }
 
 bool contains(const std::vector<int>& ascending, int robot) {
@@ -43,16 +60,17 @@ bool RoundOpening::fits(int robot, const RoundMessage& message) const {
     case Phase::kKeys:
       return std::holds_alternative<dpgo_keys_t>(message);
     case Phase::kStart: {
-      const auto* start = std::get_if<dpgo_start_t>(&message);
-      if (start == nullptr) return false;
+      const auto* m = std::get_if<dpgo_keyframes_t>(&message);
+      const auto keyframes = m != nullptr ? decode_keyframes(*m) : std::nullopt;
+      if (!keyframes) return false;
       // The first keyframe of each segment must be there: one of them will be the origin of W.
       const int n_segments = problem_.members.at(robot).join.n_segments;
-      std::set<int> firsts;
-      for (int k = 0; k < start->n; ++k) {
-        if (start->segments[k] < 0 || start->segments[k] >= n_segments) return false;
-        if (start->ids[k] == 0) firsts.insert(start->segments[k]);
+      int firsts = 0;
+      for (const PublicKeyframe& keyframe : *keyframes) {
+        if (keyframe.segment >= n_segments) return false;
+        if (keyframe.id == 0) ++firsts;
       }
-      return static_cast<int>(firsts.size()) == n_segments;
+      return firsts == n_segments;
     }
     case Phase::kAlignment:
       return std::holds_alternative<dpgo_alignment_t>(message);
@@ -216,28 +234,25 @@ void RoundOpening::send_start(RoundMail& mail) {
       names.insert({problem_.segment_place(own.segment), own.id});
     }
   }
-  auto m = mail.compose<dpgo_start_t>();
-  std::vector<double> values;
+  std::vector<PublicKeyframe> keyframes;
   for (const auto& [segment, id] : names) {
     problem_.public_index.push_back(problem_.offsets[segment] + id);
-    m.segments.push_back(static_cast<std::int16_t>(segment));
-    m.ids.push_back(id);
-    append_pose(problem_.starts[segment].T_S_K[id], values);
+    keyframes.push_back({segment, id, problem_.starts[segment].T_S_K[id]});
   }
-  m.n = static_cast<std::int32_t>(m.ids.size());
-  m.T_S_K.assign(values.begin(), values.end());
-  m.n_values = static_cast<std::int32_t>(m.T_S_K.size());
+  auto m = mail.compose<dpgo_keyframes_t>();
+  encode_keyframes(keyframes, start_units(problem_.graph), m);
   mail.send(std::move(m));
 }
 
 void RoundOpening::take_starts(RoundMail& mail) {
   for (const int robot : mail.part()) {
-    const auto& m = mail.from<dpgo_start_t>(robot);
     OpenedMember& member = problem_.members[robot];
-    for (int k = 0; k < m.n; ++k) {
-      member.places[{m.segments[k], m.ids[k]}] = k;
-      member.segments.push_back(m.segments[k]);
-      member.T_S_K.push_back(pose_at(m.T_S_K, k));
+    const auto keyframes = decode_keyframes(mail.from<dpgo_keyframes_t>(robot));
+    COVEY_CHECK(keyframes.has_value());  // fits() has seen to that
+    for (const PublicKeyframe& keyframe : *keyframes) {
+      member.places[{keyframe.segment, keyframe.id}] = static_cast<int>(member.T_S_K.size());
+      member.segments.push_back(keyframe.segment);
+      member.T_S_K.push_back(keyframe.T_S_K);
     }
     for (int s = 0; s < member.join.n_segments; ++s)
       problem_.frames.add({robot, s}, member.join.solutions[s], extent_of(member.public_poses(s)));

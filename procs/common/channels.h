@@ -10,13 +10,13 @@
 #include <covey/dpgo_beacon_t.hpp>
 #include <covey/dpgo_graph_t.hpp>
 #include <covey/dpgo_join_t.hpp>
+#include <covey/dpgo_keyframes_t.hpp>
 #include <covey/dpgo_keys_t.hpp>
 #include <covey/dpgo_neighbours_t.hpp>
 #include <covey/dpgo_poses_t.hpp>
 #include <covey/dpgo_relay_t.hpp>
 #include <covey/dpgo_request_t.hpp>
 #include <covey/dpgo_round_t.hpp>
-#include <covey/dpgo_start_t.hpp>
 #include <covey/dpgo_step_t.hpp>
 #include <covey/imu_t.hpp>
 #include <covey/keyframe_t.hpp>
@@ -113,7 +113,7 @@ inline constexpr RadioChannel<dpgo_round_t> kDpgoRound{"DPGO_ROUND", radio::Modu
 inline constexpr RadioChannel<dpgo_request_t> kDpgoRequest{"DPGO_REQUEST", radio::Module::kDpgo, false, 1};
 inline constexpr RadioChannel<dpgo_join_t> kDpgoJoin{"DPGO_JOIN", radio::Module::kDpgo, true};
 inline constexpr RadioChannel<dpgo_keys_t> kDpgoKeys{"DPGO_KEYS", radio::Module::kDpgo, true};
-inline constexpr RadioChannel<dpgo_start_t> kDpgoStart{"DPGO_START", radio::Module::kDpgo, true};
+inline constexpr RadioChannel<dpgo_keyframes_t> kDpgoStart{"DPGO_START", radio::Module::kDpgo, true};
 inline constexpr RadioChannel<dpgo_alignment_t> kDpgoAlignment{"DPGO_ALIGNMENT", radio::Module::kDpgo, true};
 inline constexpr RadioChannel<dpgo_step_t> kDpgoStep{"DPGO_STEP", radio::Module::kDpgo, true};
 inline constexpr RadioChannel<dpgo_graph_t> kDpgoGraph{"DPGO_GRAPH", radio::Module::kDpgo, true};

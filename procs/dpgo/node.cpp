@@ -139,7 +139,7 @@ void DpgoNode::publish_outgoing() {
     void operator()(const dpgo_request_t& m) { bus.publish(kDpgoRequest, m); }
     void operator()(const dpgo_join_t& m) { bus.publish(kDpgoJoin, m); }
     void operator()(const dpgo_keys_t& m) { bus.publish(kDpgoKeys, m); }
-    void operator()(const dpgo_start_t& m) { bus.publish(kDpgoStart, m); }
+    void operator()(const dpgo_keyframes_t& m) { bus.publish(kDpgoStart, m); }
     void operator()(const dpgo_alignment_t& m) { bus.publish(kDpgoAlignment, m); }
     void operator()(const dpgo_step_t& m) { bus.publish(kDpgoStep, m); }
     void operator()(const dpgo_graph_t& m) { bus.publish(kDpgoGraph, m); }

@@ -40,8 +40,9 @@ class Vandal {
   AgentMessage operator()(dpgo_keys_t m) {
     return hit({[&] { scratch(m.peers); }, [&] { scratch(m.keys); }}), m;
   }
-  AgentMessage operator()(dpgo_start_t m) {
-    hit({[&] { scratch(m.segments); }, [&] { scratch(m.ids); }, [&] { scratch(m.T_S_K); },
+  AgentMessage operator()(dpgo_keyframes_t m) {
+    hit({[&] { m.rotation_unit = static_cast<float>(real()); },
+         [&] { m.translation_unit = static_cast<float>(real()); }, [&] { scratch(m.code); },
          [&] { m.number = whole(); }});
     return m;
   }
