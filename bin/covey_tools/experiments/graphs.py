@@ -2,8 +2,8 @@
 """bin/experiments graphs: every published pose graph, solved by one robot and by teams of 2, 3, 5 and 8.
 
 Rows: "graph", "robots", "solver", "cost", "gap" (to the optimum; of robust solvers: to the best robust cost that the rows of this graph
-and barc2 have), "block_updates", "rounds", "seconds", "wall_seconds", "bytes_sent", "certified_gap", and "barc2" of robust solvers.
-rbcd stops at a gap of 1e-4, schur at 1e-6.
+and barc2 have), "block_updates", "rounds", "seconds", "wall_seconds", "bytes_sent", "certified_gap", "barc2" of robust solvers, and "outliers",
+the share of random loops that were added for them. rbcd stops at a gap of 1e-4, schur at 1e-6, dgnc and elected at 1e-3.
 """
 
 import json
@@ -25,8 +25,7 @@ OPTIMA = {"intel": 393.652541, "m3500": 193.862258, "mit": 61.154116, "csail": 3
           "smallGrid3D": 1025.398056, "tinyGrid3D": 18.519366}
 # CPU seconds of SE-Sync's whole solve, certificate included, on two cores.
 SE_SYNC_SECONDS = {"sphere2500": 0.56, "torus3D": 0.93, "cubicle": 1.36, "parking-garage": 0.47, "intel": 0.035}
-# Graphs on which the robust team solvers are compared: robots (None: as many as the files say), barc2.
-ROBUST = {"intel": (3, None), "tunnels": (None, 100.0), "sphere2500": (5, None)}
+ROBUST_SOLVERS = ("gnc", "dgnc", "elected")
 GAPS = {"rbcd": 1e-4, "schur": 1e-6, "dgnc": 1e-3, "elected": 1e-3}
 TEAMS = (1, 2, 3, 5, 8)
 TIMEOUT_S = 600.0
@@ -38,7 +37,31 @@ class Task:
     robots: int | None
     solver: str
     barc2: float | None = None
+    outliers: float = 0.0
     repeats: int = 1  # the run with the median of seconds counts
+
+
+@dataclass(frozen=True)
+class RobustCase:
+    """On which the robust team solvers are compared."""
+    graph: str
+    robots: int | None  # None: as many as the files say
+    barc2: float | None = None
+    outliers: float = 0.0
+    quick: bool = False
+
+    @property
+    def name(self):
+        cut = f" in {self.robots}" if self.robots else ""
+        return f"{self.graph}{cut}, {100 * self.outliers:g} % false" if self.outliers else f"{self.graph}{cut}"
+
+    def row(self, rows, solver):
+        return next((row for row in rows if row["graph"] == self.graph and row["solver"] == solver
+                     and self.robots in (None, row["robots"]) and row["outliers"] == self.outliers), None)
+
+
+ROBUST = (RobustCase("intel", 3, quick=True), RobustCase("intel", 3, outliers=0.3), RobustCase("intel", 3, outliers=0.7),
+          RobustCase("tunnels", None, 100.0, quick=True), RobustCase("sphere2500", 3), RobustCase("sphere2500", 5))
 
 
 def tasks(quick):
@@ -50,9 +73,9 @@ def tasks(quick):
                 yield Task(graph, 1, "l2", repeats=3)
             else:
                 yield from (Task(graph, robots, solver) for solver in ("rbcd", "schur"))
-    for graph in ("intel", "tunnels") if quick else tuple(ROBUST):
-        robots, barc2 = ROBUST[graph]
-        yield from (Task(graph, robots, solver, barc2) for solver in ("gnc", "dgnc", "elected"))
+    for case in ROBUST:
+        if case.quick or not quick:
+            yield from (Task(case.graph, case.robots, solver, case.barc2, case.outliers) for solver in ROBUST_SOLVERS)
 
 
 def run(options, say):
@@ -89,7 +112,7 @@ def _measure(task, path, rows):
     for key in ("robots", "solver", "cost", "gap", "block_updates", "rounds", "seconds", "wall_seconds", "bytes_sent",
                 "certified_gap", "barc2"):
         row[key] = report.get(key)
-    return row
+    return row | {"outliers": task.outliers}
 
 
 def _solve(task, path, rows):
@@ -100,6 +123,8 @@ def _solve(task, path, rows):
             arguments += ["--robots", str(task.robots)]
         if task.barc2:
             arguments += ["--barc2", str(task.barc2)]
+        if task.outliers:
+            arguments += ["--outliers", str(task.outliers)]
         optimum = _reference_cost(task, rows)
         if optimum:
             arguments += ["--optimum", repr(optimum)]
@@ -120,10 +145,10 @@ def _solve(task, path, rows):
 
 def _reference_cost(task, rows):
     """The optimum, or for a robust solver the central one's cost."""
-    if task.graph not in ROBUST or task.solver not in ("gnc", "dgnc", "elected"):
+    if task.solver not in ROBUST_SOLVERS:
         return OPTIMA[task.graph]
-    central = [row["cost"] for row in rows if row["graph"] == task.graph and row["solver"] == "gnc"]
-    return central[0] if central else None
+    central = RobustCase(task.graph, task.robots, task.barc2, task.outliers).row(rows, "gnc")
+    return central["cost"] if central else None
 
 
 def shows(rows):
@@ -192,15 +217,18 @@ def _schur(rows):
     return _judge("five robots, schur reaches a gap of 1e-6 within 30 rounds (rounds)", figures, 30, names)
 
 
-def _bytes(rows):
-    def ratio(row):
-        elected = _find(rows, row["graph"], "elected")
-        if not elected or row["gap"] is None:
-            return None
-        return row["bytes_sent"] / elected["bytes_sent"] if row["gap"] <= 1e-3 else float("inf")
+def _bytes_ratio(case, rows):
+    """What dgnc sends over what elected does; infinite where it has not come to the gap, None where one was not measured."""
+    dgnc, elected = (case.row(rows, solver) for solver in ("dgnc", "elected"))
+    if not dgnc or not elected or dgnc["gap"] is None:
+        return None
+    return dgnc["bytes_sent"] / elected["bytes_sent"] if dgnc["gap"] <= GAPS["dgnc"] else float("inf")
 
-    figures = _of(rows, ROBUST, "dgnc", None, ratio)
-    return _judge("dgnc sends at most three times what elected does, to a robust-cost gap of 1e-3", figures, 3.0, ROBUST)
+
+def _bytes(rows):
+    ratios = {case.name: _bytes_ratio(case, rows) for case in ROBUST}
+    figures = {name: ratio for name, ratio in ratios.items() if ratio is not None}
+    return _judge("dgnc sends at most three times what elected does, to a robust-cost gap of 1e-3", figures, 3.0, ratios)
 
 
 def _central_certificates(rows):
@@ -240,12 +268,27 @@ def markdown(rows, notes):
                  _number(row["block_updates"], "d"), _number(row["rounds"], "d"), f"{row['seconds']:.3f}",
                  f"{row['wall_seconds']:.3f}", _number(row["bytes_sent"], ","), _number(row["certified_gap"], ".1e")]
         lines.append("| " + " | ".join(map(str, cells)) + " |")
+    lines += _bytes_table(rows)
     verdicts = {True: "yes", False: "**no**", None: "not measured in full"}
     lines += ["", "| wanted | measured | holds |", "| --- | --- | --- |"]
     lines += [f"| {sentence} | {text} | {verdicts[held]} |" for sentence, text, held in shows(rows)]
     if notes:
         lines += ["", "Not measured:", "", *(f"- {note}" for note in notes)]
     return "\n".join(lines) + "\n"
+
+
+def _bytes_table(rows):
+    lines = ["", f"Bytes to a robust cost within {GAPS['dgnc']:g} of central GNC's:", "",
+             "| graph | central cost | dgnc | its gap | elected | ratio |", "| --- | --- | --- | --- | --- | --- |"]
+    for case in ROBUST:
+        ratio = _bytes_ratio(case, rows)
+        if ratio is None:
+            continue
+        central, dgnc, elected = (case.row(rows, solver) for solver in ROBUST_SOLVERS)
+        cells = [case.name, f"{central['cost']:.6g}", f"{dgnc['bytes_sent']:,}", _number(dgnc["gap"], ".1e"),
+                 f"{elected['bytes_sent']:,}", _number(ratio, ".2f")]
+        lines.append("| " + " | ".join(cells) + " |")
+    return lines if len(lines) > 5 else []
 
 
 def plot(path, rows):
