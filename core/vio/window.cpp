@@ -17,6 +17,8 @@ using graph::Robust;
 using graph::Vector;
 
 constexpr std::size_t kMinKeyframes = 2;  // that see a landmark
+// Of the landmarks, at most, that a keyframe takes along while they are still seen. An eighth or a half does as well.
+constexpr double kRenewed = 0.25;
 
 Key pose_key(std::uint64_t id) { return {'x', id}; }
 Key velocity_key(std::uint64_t id) { return {'v', id}; }
@@ -51,6 +53,7 @@ void Window::begin(const FrameTracks& frame, const NavState& state, const Window
   values_ = {};
   keyframes_.clear();
   landmarks_.clear();
+  renewed_.clear();
   insert(frame, state);
   const std::uint64_t id = keyframes_.back().id;
   graph_.add(graph::Prior<SE3>{state.T_W_B}, {pose_key(id)}, first_pose_noise(state.T_W_B, prior));
@@ -114,7 +117,9 @@ void Window::add_landmarks() {
   for (const TrackObservation& track : newest_tracks().tracks) {
     if (landmarks_.contains(track.id)) continue;
     Candidate candidate{track.id, {}, {}};
+    const auto renewed = renewed_.find(track.id);
     for (const Keyframe& keyframe : keyframes_) {
+      if (renewed != renewed_.end() && keyframe.id <= renewed->second) continue;
       const TrackObservation* seen = find_track(keyframe.frame, track.id);
       if (!seen) continue;
       candidate.keyframes.push_back(&keyframe);
@@ -188,15 +193,34 @@ void Window::remove_landmark(std::int64_t track) {
   values_.erase(landmark_key(track));
 }
 
+// Of the landmarks that the oldest keyframe saw and the newest still sees, those with the most views.
+std::vector<std::int64_t> Window::choose_renewed() const {
+  std::vector<std::pair<std::size_t, std::int64_t>> seen;
+  for (const auto& [track, entry] : landmarks_) {
+    if (entry.seen.front().keyframe == keyframes_.front().id &&
+        entry.seen.back().keyframe == keyframes_.back().id)
+      seen.emplace_back(entry.seen.size(), track);
+  }
+  std::stable_sort(seen.begin(), seen.end(), [](const auto& a, const auto& b) { return a.first > b.first; });
+  const auto most = static_cast<std::size_t>(kRenewed * options_.landmarks);
+  std::vector<std::int64_t> chosen;
+  for (std::size_t k = 0; k < std::min(most, seen.size()); ++k) chosen.push_back(seen[k].second);
+  std::sort(chosen.begin(), chosen.end());
+  return chosen;
+}
+
 void Window::marginalise_oldest() {
   const std::uint64_t oldest = keyframes_.front().id;
   const std::uint64_t newest = keyframes_.back().id;
+  const std::vector<std::int64_t> renewed = choose_renewed();
+  for (const std::int64_t track : renewed) renewed_[track] = newest;
+  std::erase_if(renewed_, [&](const auto& entry) { return !find_track(newest_tracks(), entry.first); });
   std::vector<Key> removed{pose_key(oldest), velocity_key(oldest), bias_key(oldest)};
   std::vector<std::int64_t> without_views;
   std::vector<std::int64_t> gone;
   for (auto& [track, entry] : landmarks_) {
     if (entry.seen.front().keyframe != oldest) continue;
-    if (entry.seen.back().keyframe == newest) {
+    if (entry.seen.back().keyframe == newest && !std::binary_search(renewed.begin(), renewed.end(), track)) {
       remove_views(entry, oldest);
       if (entry.seen.size() < kMinKeyframes) without_views.push_back(track);
     } else {

@@ -6,8 +6,9 @@
 //   x v b   of a keyframe      ImuFactor and BiasWalk from each keyframe to the next
 //   l       of a landmark      ProjectionFactor, one per camera and keyframe that saw it, with Huber's kernel
 //
-// A keyframe that leaves takes along the landmarks that are no longer seen: they are marginalised with all their views. A landmark that is still seen
-// stays and only loses its view from that keyframe. So no view is counted twice.
+// A keyframe that leaves takes along the landmarks that are no longer seen: they are marginalised with all their views. Of those that are still seen it
+// takes some along, too: else, standing still, all views of the oldest keyframes would be lost and only the IMU would tie the window to the past. Their tracks
+// become landmarks anew, from later views. The other ones stay and only lose their view from that keyframe. So no view is counted twice.
 
 #include <span>
 #include <vector>
@@ -79,6 +80,7 @@ class Window {
   void link(std::span<const ImuSample> samples);
   void remove_views(Entry& entry, std::uint64_t keyframe);
   void remove_landmark(std::int64_t track);
+  std::vector<std::int64_t> choose_renewed() const;
   void marginalise_oldest();
   const Keyframe* find(Utime utime) const;
   const graph::DenseMarginals& marginals();
@@ -91,6 +93,8 @@ class Window {
   std::optional<graph::DenseMarginals> marginals_;  // as long as the graph and its values stay
   std::vector<Keyframe> keyframes_;                 // in order of time
   std::map<std::int64_t, Entry> landmarks_;
+  // Of tracks that were landmarks and were marginalised, the last keyframe whose view is in the prior.
+  std::map<std::int64_t, std::uint64_t> renewed_;
   std::uint64_t next_id_ = 0;
 };
 
