@@ -25,7 +25,8 @@ Solution solution_of(const RoundResult& result) {
 }
 
 Solution unfinished_solution_of(const DgncRound& round) {
-  return {round.name(), round.frame(), round.graph(), std::min(round.mu(), kLargestMu), {}, placed(round.current())};
+  return {round.name(), round.frame(),          round.graph(), std::min(round.mu(), kLargestMu),
+          {},           placed(round.current())};
 }
 
 std::vector<SegmentStart> starts_from(const Solution& solution, const GraphSnapshot& graph) {

@@ -148,6 +148,17 @@ class Graphs(Folder, unittest.TestCase):
         self.assertIn("(graphs.png)", self.read("out/graphs.md"))
         self.assertTrue(os.path.exists(self.path("out", "graphs.png")))
 
+    def test_stata_claim(self):
+        def held(**values):
+            row = {"solver": "dgnc", "robots": 3, "gap": -1e-3, "seconds": 4.0, "rounds": 40, "shared_loops": 3, "kept_shared_loops": 3,
+                   "bytes_sent": 1, "certified_gap": None, "outliers": 0.0}
+            rows = [{"graph": graph, **row, **values} for graph in graphs.STATA]
+            return next(verdict for sentence, _, verdict in graphs.shows(rows) if sentence.startswith("Stata"))
+
+        self.assertIs(held(), True)
+        for worse in ({"gap": 2e-3}, {"seconds": 31.0}, {"rounds": 51}, {"kept_shared_loops": 2}):
+            self.assertIs(held(**worse), False)
+
     def test_claims_need_all_that_they_name(self):
         def row(graph, gap):
             return {"graph": graph, "solver": "l2", "robots": 1, "gap": gap, "seconds": 1.0, "certified_gap": 1e-8}

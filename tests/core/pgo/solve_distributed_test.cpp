@@ -5,7 +5,11 @@
 #include <catch2/catch.hpp>
 #include <cstdio>
 
+#include "core/pgo/central.h"
+#include "core/pgo/cost.h"
+#include "core/pgo/experiment.h"
 #include "core/pgo/robot_csv.h"
+#include "core/pgo/start.h"
 #include "core/sim/grid.h"
 #include "tests/data.h"
 
@@ -159,6 +163,20 @@ TEST_CASE("robots without closures between them keep their own frames") {
   REQUIRE(result.placed[0]);
   REQUIRE(result.placed[graph.offsets()[1]]);
   REQUIRE_FALSE(result.placed[graph.offsets()[2]]);
+}
+
+TEST_CASE(
+    "robots that hardly ever meet keep their few closures and end where the central solver does, soon") {
+  const StataWorld world = stata_like({.poses_per_robot = 800, .closures_per_robot = 70});
+  const DistributedResult result = solve_distributed(world.graph);
+  const double barc2 = DgncOptions{}.barc2;
+  const Poses start = robust_start(world.graph, {.min_inliers = 1}).poses;
+  const double central = solve_robust(world.graph, start, {.barc2 = barc2}).cost;
+  REQUIRE(robust_cost(world.graph, result.poses, barc2).cost < 1.001 * central);
+  REQUIRE(result.updates <= 50);
+  for (std::size_t e = 0; e < world.graph.edges.size(); ++e) {
+    if (world.graph.edges[e].between_robots()) REQUIRE(result.weights[e] == 1.0);
+  }
 }
 
 TEST_CASE("the eight robots of tunnels find a good half of their closures right") {
