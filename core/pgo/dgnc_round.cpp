@@ -38,7 +38,7 @@ struct DgncRound::State {
         mail(name, graph.robot, std::move(members)),
         opening(mail, std::move(graph), std::move(starts), mu, opening_options(options)) {}
 
-  bool fits(int robot, const RoundMessage& message) const {
+  bool fits(int robot, const RoundMessage& message) {
     if (updates) return updates->fits(robot, message);
     return exchange ? exchange->fits(robot, message) : opening.fits(robot, message);
   }

@@ -6,6 +6,7 @@
 #include <limits>
 #include <utility>
 
+#include "core/base/error.h"
 #include "core/pgo/tls.h"
 
 namespace covey::pgo {
@@ -116,8 +117,8 @@ RoundUpdates::RoundUpdates(const AgreedProblem& problem, const DgncOptions& opti
   results_ = {lift_all(problem.own_start())};
   for (const int robot : problem.part) {
     const std::vector<SE3> start = problem.public_start(robot);
-    members_.emplace(robot,
-                     Member{start, {start}, start, StepCode(places_along(problem.members.at(robot))), {}});
+    Keyframes sent{start, StepCode(places_along(problem.members.at(robot)))};
+    members_.emplace(robot, Member{std::move(sent), {}, {start}, start, {}});
   }
   private_weights_ = Eigen::VectorXd::Ones(static_cast<Eigen::Index>(problem.graph.private_loops.size()));
   shared_weights_ = Eigen::VectorXd::Ones(static_cast<Eigen::Index>(shared.size()));
@@ -151,13 +152,13 @@ void RoundUpdates::send_first(RoundMail& mail) const {
   mail.send(std::move(m));
 }
 
-bool RoundUpdates::fits(int robot, const RoundMessage& message) const {
+bool RoundUpdates::fits(int robot, const RoundMessage& message) {
   const auto* step = std::get_if<dpgo_step_t>(&message);
-  if (step == nullptr) return false;
-  const Member& member = members_.at(robot);
-  StepCode code = member.code;
-  std::vector<SE3> sent = member.sent;
-  return step->products.size() == steps_.size() && code.add(*step, member.ahead, sent);
+  if (step == nullptr || step->products.size() != steps_.size()) return false;
+  Member& member = members_.at(robot);
+  member.next = member.sent;
+  if (!member.next->code.add(*step, member.ahead, member.next->poses)) member.next.reset();
+  return member.next.has_value();
 }
 
 bool RoundUpdates::advance(RoundMail& mail) {
@@ -165,8 +166,9 @@ bool RoundUpdates::advance(RoundMail& mail) {
   for (const int robot : problem_.part) {
     const auto& m = mail.from<dpgo_step_t>(robot);
     Member& member = members_.at(robot);
-    member.code.add(m, member.ahead, member.sent);
-    push(member.sent, options_.look_back + 1, member.results);
+    COVEY_CHECK(member.next.has_value());
+    member.sent = *std::exchange(member.next, std::nullopt);
+    push(member.sent.poses, options_.look_back + 1, member.results);
     member.said = m;
     team.cost += m.cost;
     team.decrease += m.decrease;
@@ -322,7 +324,7 @@ void RoundUpdates::encode_public_poses(dpgo_step_t& m) const {
   const std::vector<SE3> wanted = poses_of(own);
   const std::vector<bool> chosen = poses_to_send(wanted);
   const Member& self = members_.at(problem_.robot());
-  self.code.encode(self.ahead, wanted, chosen, units_for(m.decrease, wanted, chosen), m);
+  self.sent.code.encode(self.ahead, wanted, chosen, units_for(m.decrease, wanted, chosen), m);
 }
 
 // Rounding to units u_t and u_R has a variance of u^2 / 12 in each axis. It moves the sides of the shared loops and so costs
@@ -347,7 +349,7 @@ PoseUnits RoundUpdates::units_for(double gain, const std::vector<SE3>& wanted,
 // A loop of weight 0 stays so while its residual, as both ends know it, is beyond the limit: a pose may keep back what moves
 // that residual by less than a quarter of the way there, as may the pose at the other end.
 std::vector<bool> RoundUpdates::poses_to_send(const std::vector<SE3>& wanted) const {
-  const std::vector<SE3>& sent = members_.at(problem_.robot()).sent;
+  const std::vector<SE3>& sent = members_.at(problem_.robot()).sent.poses;
   std::vector<bool> send(sent.size(), false);
   if (problem_.robot() == problem_.anchor()) send[problem_.root_place()] = true;
   const Eigen::VectorXd r2 = shared_residuals();

@@ -27,6 +27,7 @@
 #include <limits>
 #include <map>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "core/pgo/agreed_problem.h"
@@ -45,8 +46,9 @@ class RoundUpdates {
   RoundUpdates(const AgreedProblem& problem, const DgncOptions& options);
 
   void send_first(RoundMail& mail) const;
-  bool fits(int robot, const RoundMessage& message) const;
-  // With all messages of mail.number() there: sends the next one; false when the round is over instead.
+  // Keeps what it has understood of the message, if it fits.
+  bool fits(int robot, const RoundMessage& message);
+  // With all messages of mail.number() there, and found to fit: sends the next one; false when the round is over instead.
   bool advance(RoundMail& mail);
 
   int updates() const { return updates_; }
@@ -57,13 +59,17 @@ class RoundUpdates {
   RoundSolution solution() const;
 
  private:
-  // What is known of a member of the part, this robot included.
-  struct Member {
-    std::vector<SE3> sent;                 // public keyframes, as all know them
-    std::deque<std::vector<SE3>> results;  // the same after the last updates, newest first
-    std::vector<SE3> ahead;                // their combination, where the update under way begins
+  // What is known of the members of the part, this robot included.
+  struct Keyframes {         // a member's public ones
+    std::vector<SE3> poses;  // as all know them
     StepCode code;
-    dpgo_step_t said;  // the last message
+  };
+  struct Member {
+    Keyframes sent;
+    std::optional<Keyframes> next;         // when the message that is there has been understood
+    std::deque<std::vector<SE3>> results;  // poses after the last updates, newest first
+    std::vector<SE3> ahead;                // their combination, where the update under way begins
+    dpgo_step_t said;                      // the last message
   };
   struct Step {       // of this robot's block, by one update
     Lifted moved;     // from the point that the update began at
