@@ -11,6 +11,12 @@
 
 namespace covey::place {
 
+// How often an image has each word that it has: with a vocabulary, its bag of words.
+struct WordCounts {
+  std::vector<std::int32_t> words;   // ascending
+  std::vector<std::int32_t> counts;  // > 0
+};
+
 struct BagOfWords {
   std::vector<std::int32_t> words;  // ascending
   std::vector<float> weights;       // > 0, of sum 1

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/place/descriptor_matcher.h"
 
+#include <algorithm>
 #include <opencv2/features2d.hpp>
 
 namespace covey::place {
@@ -19,6 +20,11 @@ std::vector<std::pair<int, int>> match_descriptors(const std::vector<Descriptor>
                                                    const MatchOptions& options) {
   std::vector<std::pair<int, int>> matches;
   if (a.size() < 2 || b.size() < 2) return matches;
+  if (a.size() > b.size()) {
+    for (const auto& [in_b, in_a] : match_descriptors(b, a, options)) matches.emplace_back(in_a, in_b);
+    std::sort(matches.begin(), matches.end());
+    return matches;
+  }
   const cv::BFMatcher matcher(cv::NORM_HAMMING);
   std::vector<std::vector<cv::DMatch>> there;
   std::vector<std::vector<cv::DMatch>> back;

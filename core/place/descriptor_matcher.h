@@ -2,7 +2,8 @@
 #pragma once
 
 // Which point of one image is which of another, by their descriptors alone: nearest neighbours both ways that are clearly nearer
-// than the second nearest (Lowe, IJCV 2004).
+// than the second nearest (Lowe, IJCV 2004). The second nearest is looked for where there are more points: among few there is none that
+// is like the nearest, whatever that is.
 
 #include <utility>
 #include <vector>

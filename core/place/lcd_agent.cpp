@@ -29,28 +29,30 @@ LcdAgent::LcdAgent(int robot, std::int64_t stream, std::shared_ptr<const Vocabul
 const char* LcdAgent::add(const KeyframeName& name, Utime utime, FrameFeatures features, Utime now) {
   if (name.robot != robot_) return "robot";
   if (static_cast<int>(features.size()) < options_.least_features) return "few_features";
-  BagOfWords bag = vocabulary_->bag(features.descriptors);
-  if (bag.words.empty()) return "few_features";
-  const lcd_words_t words = words_message(name, utime, bag, vocabulary_->hash());
-  if (const char* reason = remember(name, utime, std::move(bag))) return reason;
-  records_.emplace_back(words);
-  records_.emplace_back(features_message(name, utime, robot_, features));
-  outgoing_.emplace_back(words);
+  const WordCounts counts = vocabulary_->counts(features.descriptors);
+  if (counts.words.empty()) return "few_features";
+  if (const char* reason = remember(name, utime, vocabulary_->bag(counts))) return reason;
+  const lcd_bag_t bag = bag_message(name, utime, counts, vocabulary_->hash());
+  records_.emplace_back(bag);
+  records_.emplace_back(frame_message(name, utime, robot_, features));
+  outgoing_.emplace_back(bag);
   own_features_[name] = std::move(features);
   for (const auto& [robot, places] : robots_) look_for(name, robot);
   ask(now);
   return nullptr;
 }
 
-const char* LcdAgent::receive(const lcd_words_t& message, Utime now) {
+const char* LcdAgent::receive(const lcd_bag_t& message, Utime now) {
   if (message.from == robot_ || !is_robot(message.from)) return "robot";
   if (message.vocabulary != static_cast<std::int64_t>(vocabulary_->hash())) return "vocabulary";
-  auto bag = bag_from(message, vocabulary_->words());
-  if (!bag) return "values";
+  WordCounts counts;
+  if (const char* reason = read_bag(message, vocabulary_->words(), counts)) return reason;
+  BagOfWords bag = vocabulary_->bag(counts);
+  if (bag.words.empty()) return "words";
   ++counts_["received"];
   if (verifier_of(robot_, message.from) != robot_) return nullptr;
   const KeyframeName name{message.from, message.segment, message.id};
-  if (const char* reason = remember(name, message.utime, std::move(*bag))) return reason;
+  if (const char* reason = remember(name, message.utime, std::move(bag))) return reason;
   records_.emplace_back(message);
   look_for(name, robot_);
   ask(now);
@@ -62,26 +64,26 @@ const char* LcdAgent::receive(const lcd_request_t& message, Utime now) {
   if (message.n <= 0 || message.n > kMostAskedFor) return "values";
   for (std::size_t k = 0; k < message.ids.size(); ++k) {
     const KeyframeName name{robot_, message.segments[k], message.ids[k]};
-    const auto known = own_features_.find(name);
+    const FrameFeatures* own = features_of(name);
     // What is not there is said too, so that nobody waits for it.
-    outgoing_.emplace_back(features_message(name, now, message.from,
-                                            known == own_features_.end() ? FrameFeatures{} : known->second));
+    outgoing_.emplace_back(frame_message(name, now, message.from,
+                                         own ? best_of(*own, options_.sent_features) : FrameFeatures{}));
   }
   return nullptr;
 }
 
-const char* LcdAgent::receive(const lcd_features_t& message, Utime now) {
+const char* LcdAgent::receive(const lcd_frame_t& message, Utime now) {
   if (message.from == robot_ || message.to != robot_) return "robot";
   const KeyframeName name{message.from, message.segment, message.id};
   if (!asked_.contains(name)) return "unasked";
-  auto features = features_from(message);
-  if (!features) return "values";
+  FrameFeatures features;
+  if (const char* reason = read_frame(message, features)) return reason;
   asked_.erase(name);
   ++counts_["answered"];
-  if (features->size() == 0) {
+  if (features.size() == 0) {
     forget_candidates(name, "gone");
   } else {
-    keep_features_of_other(name, std::move(*features));
+    keep_features_of_other(name, std::move(features));
   }
   ask(now);
   return nullptr;
@@ -170,14 +172,15 @@ bool LcdAgent::is_busy() const {
 }
 
 void LcdAgent::restore(const LcdRecord& record) {
-  if (const auto* words = std::get_if<lcd_words_t>(&record)) {
-    if (words->vocabulary != static_cast<std::int64_t>(vocabulary_->hash())) return;
-    if (auto bag = bag_from(*words, vocabulary_->words())) {
-      remember({words->from, words->segment, words->id}, words->utime, std::move(*bag));
-    }
-  } else if (const auto* features = std::get_if<lcd_features_t>(&record)) {
-    if (auto own = features_from(*features))
-      own_features_[{robot_, features->segment, features->id}] = std::move(*own);
+  if (const auto* bag = std::get_if<lcd_bag_t>(&record)) {
+    WordCounts counts;
+    if (bag->vocabulary != static_cast<std::int64_t>(vocabulary_->hash())) return;
+    if (read_bag(*bag, vocabulary_->words(), counts)) return;
+    remember({bag->from, bag->segment, bag->id}, bag->utime, vocabulary_->bag(counts));
+  } else if (const auto* frame = std::get_if<lcd_frame_t>(&record)) {
+    FrameFeatures own;
+    if (read_frame(*frame, own)) return;
+    own_features_[{robot_, frame->segment, frame->id}] = std::move(own);
   } else if (const auto* loop = std::get_if<loop_t>(&record)) {
     if (!is_good(*loop)) return;
     note_loop(*loop);

@@ -4,12 +4,13 @@
 // One robot's side of distributed place recognition, without clock or socket: messages and time in, messages and closures out.
 // The paper's two steps (section V):
 //
-//  1. Each keyframe's bag of words goes to everyone, once (lcd_words_t). Of two robots one looks for common places, in turn by the
+//  1. Each keyframe's bag of words goes to everyone, once (lcd_bag_t). Of two robots one looks for common places, in turn by the
 //     parity of their numbers, so that the work is shared evenly and every pair of keyframes is looked at once in the team. A
 //     keyframe's similarity to another is divided by that to the keyframe before it, of its own robot: what can be expected there.
-//  2. For the best candidates it asks for the other's points and descriptors (lcd_request_t -> lcd_features_t), verifies
-//     (verification.h), and tells the other robot what it measured (lcd_loop_t), which answers with the same message: an
-//     acknowledgement. Both publish the very same numbers, since pose graphs know a shared closure by them.
+//  2. For the best candidates it asks for the other's points and descriptors (lcd_request_t -> lcd_frame_t: the best of them, which
+//     are matched with all of its own), verifies (verification.h), and tells the other robot what it measured (lcd_loop_t), which
+//     answers with the same message: an acknowledgement. Both publish the very same numbers, since pose graphs know a shared closure
+//     by them.
 //
 // Closures of a robot with its own past need no messages. A closure next to an accepted one says little new and is not looked for.
 //
@@ -17,10 +18,10 @@
 // acknowledged; lost words and features cost closures, never agreement. Work and memory are bounded by LcdOptions. What must
 // survive a restart is handed out as records, in an order in which they can be taken back.
 
-#include <covey/lcd_features_t.hpp>
+#include <covey/lcd_bag_t.hpp>
+#include <covey/lcd_frame_t.hpp>
 #include <covey/lcd_loop_t.hpp>
 #include <covey/lcd_request_t.hpp>
-#include <covey/lcd_words_t.hpp>
 #include <covey/loop_t.hpp>
 #include <deque>
 #include <map>
@@ -41,7 +42,7 @@ struct LcdOptions {
   double least_similarity = 0.1;  // normalised
   double least_self_similarity =
       0.02;  // to the keyframe before: below that a keyframe says nothing, and is not looked for
-  double ask_similarity = 0.6;  // from here on features of other robots are asked for: 24 kB on the air
+  double ask_similarity = 0.6;  // from here on features of other robots are asked for: 5.5 kB on the air
   int candidates = 2;           // of one keyframe among those of one robot
   int least_features = 50;      // a keyframe with fewer is of no use
   Utime recent_us = 10 * kUsPerSecond;  // own keyframes of the same segment nearer in time are no closure
@@ -49,6 +50,7 @@ struct LcdOptions {
   double verifications_per_s = 8.0;
   int waiting = 200;                      // candidates that wait to be verified; the least similar go first
   int keyframes = 5000;                   // of each robot that are remembered
+  int sent_features = 150;                // of a keyframe, to who asks for them
   int others_features = 100;              // keyframes of other robots of which features are kept
   int asked_at_once = 4;                  // keyframes of one robot
   Utime ask_again_us = 5 * kUsPerSecond;  // doubles
@@ -58,8 +60,8 @@ struct LcdOptions {
   VerificationOptions verification;
 };
 
-using LcdMessage = std::variant<lcd_words_t, lcd_request_t, lcd_features_t, lcd_loop_t>;
-using LcdRecord = std::variant<lcd_words_t, lcd_features_t, lcd_loop_t, loop_t>;
+using LcdMessage = std::variant<lcd_bag_t, lcd_request_t, lcd_frame_t, lcd_loop_t>;
+using LcdRecord = std::variant<lcd_bag_t, lcd_frame_t, lcd_loop_t, loop_t>;
 
 // Of two robots, the one that looks for their common places.
 inline int verifier_of(int a, int b) { return ((a + b) % 2 == 1) == (a < b) ? a : b; }
@@ -74,9 +76,9 @@ class LcdAgent {
   const char* add(const KeyframeName& name, Utime utime, FrameFeatures features, Utime now);
 
   // Null when taken, else why not.
-  const char* receive(const lcd_words_t& message, Utime now);
+  const char* receive(const lcd_bag_t& message, Utime now);
   const char* receive(const lcd_request_t& message, Utime now);
-  const char* receive(const lcd_features_t& message, Utime now);
+  const char* receive(const lcd_frame_t& message, Utime now);
   const char* receive(const lcd_loop_t& message, Utime now);
 
   // Asks and tells again what has not been answered.

@@ -5,6 +5,10 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <utility>
+
+#include "core/place/point_code.h"
+#include "core/place/word_code.h"
 
 namespace covey::place {
 namespace {
@@ -18,87 +22,77 @@ bool is_id(std::int32_t id) { return id >= 0 && id <= kMostId; }
 
 bool is_unit(double norm) { return std::abs(norm - 1.0) < kUnitTolerance; }
 
-bool is_bearing(const Eigen::Vector3f& bearing) { return is_unit(bearing.norm()) && bearing.z() > 0.01F; }
-
-bool is_depth(float depth) { return depth >= 0.0F && depth < 1e4F; }
+// Of a direction or an inverse depth.
+bool is_sigma(float sigma) { return sigma >= 1e-6F && sigma <= 1.0F; }
 
 }  // namespace
 
-lcd_words_t words_message(const KeyframeName& name, Utime utime, const BagOfWords& bag,
-                          std::uint64_t vocabulary) {
-  lcd_words_t message{};
+lcd_bag_t bag_message(const KeyframeName& name, Utime utime, const WordCounts& counts,
+                      std::uint64_t vocabulary) {
+  lcd_bag_t message{};
   message.utime = utime;
   message.from = name.robot;
   message.to = -1;
   message.vocabulary = static_cast<std::int64_t>(vocabulary);
   message.segment = name.segment;
   message.id = name.id;
-  message.words = bag.words;
-  message.weights = bag.weights;
-  message.n = static_cast<std::int32_t>(bag.words.size());
+  message.n = static_cast<std::int32_t>(counts.words.size());
+  message.code = encode_words(counts);
+  message.n_code = static_cast<std::int32_t>(message.code.size());
   return message;
 }
 
-std::optional<BagOfWords> bag_from(const lcd_words_t& message, int words) {
-  if (message.n <= 0 || message.n > words || !is_id(message.id) || message.utime < 0) return std::nullopt;
-  double sum = 0.0;
-  std::int32_t least = 0;
-  for (std::size_t k = 0; k < message.words.size(); ++k) {
-    if (message.words[k] < least || message.words[k] >= words) return std::nullopt;
-    least = message.words[k] + 1;
-    if (!(message.weights[k] > 0.0F && message.weights[k] <= 1.01F)) return std::nullopt;
-    sum += static_cast<double>(message.weights[k]);
-  }
-  if (!is_unit(sum)) return std::nullopt;
-  return BagOfWords{message.words, message.weights};
+const char* read_bag(const lcd_bag_t& message, int words, WordCounts& counts) {
+  if (!is_id(message.id)) return "id";
+  if (message.utime < 0) return "utime";
+  return decode_words(message.code, message.n, words, kMostFeatures, counts);
 }
 
-lcd_features_t features_message(const KeyframeName& name, Utime utime, int to,
-                                const FrameFeatures& features) {
-  lcd_features_t message{};
+lcd_frame_t frame_message(const KeyframeName& name, Utime utime, int to, const FrameFeatures& features) {
+  lcd_frame_t message{};
   message.utime = utime;
   message.from = name.robot;
   message.to = to;
   message.segment = name.segment;
   message.id = name.id;
-  message.n = static_cast<std::int32_t>(features.size());
-  message.n_values = 3 * message.n;
-  for (const Eigen::Vector3f& bearing : features.bearings_C) {
-    message.bearings.insert(message.bearings.end(), bearing.data(), bearing.data() + 3);
-  }
-  message.depths = features.depths_m;
-  message.n_bytes = static_cast<std::int32_t>(kDescriptorBytes) * message.n;
-  message.descriptors.resize(static_cast<std::size_t>(message.n_bytes));
-  if (message.n > 0) {
-    std::memcpy(message.descriptors.data(), features.descriptors.data(), message.descriptors.size());
-  }
   const Eigen::Quaterniond q = features.T_B_C.rotation.canonical_quaternion();
   const Eigen::Vector3d& t = features.T_B_C.translation;
   const double values[7] = {q.w(), q.x(), q.y(), q.z(), t.x(), t.y(), t.z()};
   std::transform(std::begin(values), std::end(values), message.T_B_C,
                  [](double value) { return static_cast<float>(value); });
+  message.direction_sigma = static_cast<float>(features.noise.direction);
+  message.inverse_depth_sigma = static_cast<float>(features.noise.inverse_depth);
+  message.n = static_cast<std::int32_t>(features.size());
+  message.n_bytes = static_cast<std::int32_t>(kDescriptorBytes) * message.n;
+  message.descriptors.resize(static_cast<std::size_t>(message.n_bytes));
+  if (message.n > 0) {
+    std::memcpy(message.descriptors.data(), features.descriptors.data(), message.descriptors.size());
+  }
+  message.code = encode_points(features);
+  message.n_code = static_cast<std::int32_t>(message.code.size());
   return message;
 }
 
-std::optional<FrameFeatures> features_from(const lcd_features_t& message) {
-  if (message.n < 0 || message.n > kMostFeatures || message.n_values != 3 * message.n ||
-      message.n_bytes != static_cast<std::int32_t>(kDescriptorBytes) * message.n || !is_id(message.id)) {
-    return std::nullopt;
+const char* read_frame(const lcd_frame_t& message, FrameFeatures& features) {
+  if (!is_id(message.id)) return "id";
+  if (message.n < 0 || message.n > kMostFeatures ||
+      message.n_bytes != static_cast<std::int32_t>(kDescriptorBytes) * message.n) {
+    return "size";
   }
-  FrameFeatures features;
-  for (std::size_t k = 0; k < static_cast<std::size_t>(message.n); ++k) {
-    features.bearings_C.emplace_back(message.bearings[3 * k], message.bearings[3 * k + 1],
-                                     message.bearings[3 * k + 2]);
-    features.descriptors.push_back(descriptor_from(message.descriptors.data() + kDescriptorBytes * k));
-    if (!is_bearing(features.bearings_C.back()) || !is_depth(message.depths[k])) return std::nullopt;
-  }
-  features.depths_m = message.depths;
+  if (!is_sigma(message.direction_sigma) || !is_sigma(message.inverse_depth_sigma)) return "noise";
   const float* T = message.T_B_C;
   const Eigen::Quaterniond q(T[0], T[1], T[2], T[3]);
   const Eigen::Vector3d t(T[4], T[5], T[6]);
-  if (!is_unit(q.norm()) || !(t.norm() < 100.0)) return std::nullopt;
-  features.T_B_C = {SO3::from_quaternion(q), t};
-  return features;
+  if (!is_unit(q.norm()) || !(t.norm() < 100.0)) return "camera";
+  FrameFeatures read;
+  read.T_B_C = {SO3::from_quaternion(q), t};
+  read.noise = {message.direction_sigma, message.inverse_depth_sigma};
+  for (std::size_t k = 0; k < static_cast<std::size_t>(message.n); ++k) {
+    read.descriptors.push_back(descriptor_from(message.descriptors.data() + kDescriptorBytes * k));
+  }
+  if (const char* reason = decode_points(message.code, message.n, read)) return reason;
+  features = std::move(read);
+  return nullptr;
 }
 
 loop_t loop_message(const KeyframeName& a, const KeyframeName& b, const Verification& verification,

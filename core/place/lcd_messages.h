@@ -2,12 +2,11 @@
 #pragma once
 
 // Between the messages of place recognition and what it computes with. What comes from the radio may be anything: whatever is
-// not what its type says it is comes back as nothing.
+// not what its type says it is, is refused with a word that says why.
 
-#include <covey/lcd_features_t.hpp>
-#include <covey/lcd_words_t.hpp>
+#include <covey/lcd_bag_t.hpp>
+#include <covey/lcd_frame_t.hpp>
 #include <covey/loop_t.hpp>
-#include <optional>
 
 #include "core/base/time.h"
 #include "core/pgo/robot_graph.h"
@@ -22,13 +21,14 @@ using pgo::KeyframeName;
 constexpr int kMostFeatures = 2000;  // of one keyframe, that anybody may send
 constexpr int kMostRobots = 1000;
 
-lcd_words_t words_message(const KeyframeName& name, Utime utime, const BagOfWords& bag,
-                          std::uint64_t vocabulary);
-// `words`: how many the vocabulary has.
-std::optional<BagOfWords> bag_from(const lcd_words_t& message, int words);
+lcd_bag_t bag_message(const KeyframeName& name, Utime utime, const WordCounts& counts,
+                      std::uint64_t vocabulary);
+// `words`: how many the vocabulary has. Null and `counts` filled, else what is wrong: "id", "utime", or as decode_words says.
+const char* read_bag(const lcd_bag_t& message, int words, WordCounts& counts);
 
-lcd_features_t features_message(const KeyframeName& name, Utime utime, int to, const FrameFeatures& features);
-std::optional<FrameFeatures> features_from(const lcd_features_t& message);
+lcd_frame_t frame_message(const KeyframeName& name, Utime utime, int to, const FrameFeatures& features);
+// Null and `features` filled, else what is wrong: "id", "size", "noise", "camera", or as decode_points says.
+const char* read_frame(const lcd_frame_t& message, FrameFeatures& features);
 
 // utime, stream and number are left 0.
 loop_t loop_message(const KeyframeName& a, const KeyframeName& b, const Verification& verification,

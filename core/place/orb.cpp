@@ -2,6 +2,7 @@
 #include "core/place/orb.h"
 
 #include <algorithm>
+#include <numeric>
 #include <opencv2/features2d.hpp>
 
 namespace covey::place {
@@ -17,7 +18,7 @@ bool goes_before(const cv::KeyPoint& a, const cv::KeyPoint& b) {
   return a.octave < b.octave;
 }
 
-// Round after round each cell gives its next strongest, until there are enough.
+// Round after round each cell gives its next strongest, of a round the strongest first, until there are enough.
 std::vector<cv::KeyPoint> spread(std::vector<cv::KeyPoint> corners, cv::Size size,
                                  const OrbOptions& options) {
   std::sort(corners.begin(), corners.end(), goes_before);
@@ -32,11 +33,31 @@ std::vector<cv::KeyPoint> spread(std::vector<cv::KeyPoint> corners, cv::Size siz
   const std::size_t wanted = std::min(corners.size(), static_cast<std::size_t>(options.features));
   std::vector<cv::KeyPoint> kept;
   for (std::size_t round = 0; kept.size() < wanted; ++round) {
+    std::vector<cv::KeyPoint> next;
     for (const auto& cell : cells) {
-      if (round < cell.size() && kept.size() < wanted) kept.push_back(cell[round]);
+      if (round < cell.size()) next.push_back(cell[round]);
     }
+    std::sort(next.begin(), next.end(), goes_before);
+    next.resize(std::min(next.size(), wanted - kept.size()));
+    kept.insert(kept.end(), next.begin(), next.end());
   }
   return kept;
+}
+
+// OpenCV describes level by level and leaves out what it cannot describe.
+void describe(cv::ORB& orb, const cv::Mat& image, std::vector<cv::KeyPoint> corners, OrbFeatures& features) {
+  for (std::size_t k = 0; k < corners.size(); ++k) corners[k].class_id = static_cast<int>(k);
+  cv::Mat descriptors;
+  orb.compute(image, corners, descriptors);
+  std::vector<int> order(corners.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::sort(order.begin(), order.end(), [&corners](int a, int b) {
+    return corners[static_cast<std::size_t>(a)].class_id < corners[static_cast<std::size_t>(b)].class_id;
+  });
+  for (const int row : order) {
+    features.pixels.push_back(corners[static_cast<std::size_t>(row)].pt);
+    features.descriptors.push_back(descriptor_from(descriptors.ptr<std::uint8_t>(row)));
+  }
 }
 
 }  // namespace
@@ -47,14 +68,8 @@ OrbFeatures detect_orb(const cv::Mat& image, const OrbOptions& options, const cv
                       2, cv::ORB::HARRIS_SCORE, 31, options.fast_threshold);
   std::vector<cv::KeyPoint> corners;
   orb->detect(image, corners, mask);
-  corners = spread(std::move(corners), image.size(), options);
-  cv::Mat descriptors;
-  orb->compute(image, corners, descriptors);
   OrbFeatures features;
-  for (std::size_t k = 0; k < corners.size(); ++k) {
-    features.pixels.push_back(corners[k].pt);
-    features.descriptors.push_back(descriptor_from(descriptors.ptr<std::uint8_t>(static_cast<int>(k))));
-  }
+  describe(*orb, image, spread(std::move(corners), image.size(), options), features);
   return features;
 }
 

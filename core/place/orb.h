@@ -2,7 +2,7 @@
 #pragma once
 
 // ORB features spread over an image: far more corners are detected than wanted, and each cell of a grid keeps its strongest, so
-// that one textured wall does not take them all.
+// that one textured wall does not take them all. The best stand first, so that the first so many are a choice by strength and spread too.
 
 #include <opencv2/core.hpp>
 #include <vector>

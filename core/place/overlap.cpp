@@ -2,11 +2,14 @@
 #include "core/place/overlap.h"
 
 #include <Eigen/Geometry>
+#include <cmath>
 
 namespace covey::place {
 namespace {
 
 constexpr double kNearest = 0.3;  // m in front of a camera
+constexpr int kBest = 150;  // points of a camera that are looked for: weaker ones often are not found again
+constexpr double kAlike = 0.3;  // rad between two lines of sight; logarithm of the ratio of two distances
 
 using Box = Eigen::AlignedBox2d;
 
@@ -15,6 +18,13 @@ Box picture_of(const FrameFeatures& features) {
   Box box;
   for (std::size_t k = 0; k < features.size(); ++k) box.extend(features.direction(k));
   return box;
+}
+
+// A corner is found again, and described alike, where it is seen from the same side and as large.
+bool looks_alike(const Eigen::Vector3d& sight, const Eigen::Vector3d& other) {
+  const double near = sight.norm();
+  const double far = other.norm();
+  return std::abs(std::log(near / far)) < kAlike && sight.dot(other) > std::cos(kAlike) * near * far;
 }
 
 bool is_there(const FrameFeatures& features, const Eigen::Vector2d& m, const Descriptor& descriptor,
@@ -26,13 +36,21 @@ bool is_there(const FrameFeatures& features, const Eigen::Vector2d& m, const Des
   return false;
 }
 
+// Next to the other, of which as many are detected.
+bool is_whole(const FrameFeatures& features, const FrameFeatures& other) {
+  return 2 * features.size() > other.size();
+}
+
 void look(const FrameFeatures& from, const FrameFeatures& into, const SE3& T_into_from, double direction,
           int bits, Overlap& overlap) {
   const Box picture = picture_of(into);
-  for (std::size_t k = 0; k < from.size(); ++k) {
+  int looked_for = 0;
+  for (std::size_t k = 0; k < from.size() && looked_for < kBest; ++k) {
     if (!from.has_depth(k)) continue;
+    ++looked_for;
     const Eigen::Vector3d p = T_into_from * from.point(k);
     if (p.z() < kNearest || !picture.contains(p.hnormalized())) continue;
+    if (!looks_alike(p - T_into_from.translation, p)) continue;
     ++overlap.foretold;
     if (is_there(into, p.hnormalized(), from.descriptors[k], direction, bits)) ++overlap.found;
   }
@@ -43,8 +61,8 @@ void look(const FrameFeatures& from, const FrameFeatures& into, const SE3& T_int
 Overlap overlap_of(const FrameFeatures& c, const FrameFeatures& d, const SE3& T_C_D, double direction,
                    int bits) {
   Overlap overlap;
-  look(c, d, T_C_D.inverse(), direction, bits, overlap);
-  look(d, c, T_C_D, direction, bits, overlap);
+  if (is_whole(d, c)) look(c, d, T_C_D.inverse(), direction, bits, overlap);
+  if (is_whole(c, d)) look(d, c, T_C_D, direction, bits, overlap);
   return overlap;
 }
 

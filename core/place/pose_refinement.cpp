@@ -60,8 +60,7 @@ struct Problem {
 };
 
 Problem make_problem(const FrameFeatures& c, const FrameFeatures& d,
-                     const std::vector<std::pair<int, int>>& pairs, const SE3& T_C_D,
-                     const ViewNoise& noise) {
+                     const std::vector<std::pair<int, int>>& pairs, const SE3& T_C_D) {
   Problem problem;
   problem.values.set(kPose, T_C_D);
   for (std::size_t k = 0; k < pairs.size(); ++k) {
@@ -72,12 +71,13 @@ Problem make_problem(const FrameFeatures& c, const FrameFeatures& d,
     problem.values.set(point, graph::Vector<3>(p_C));
     graph::Graph& graph = problem.graph;
     const graph::FactorId own =
-        c.has_depth(i) ? graph.add(OwnView<3>{measured_view<3>(c, i)}, {point}, noise_of<3>(noise), kernel())
-                       : graph.add(OwnView<2>{measured_view<2>(c, i)}, {point}, noise_of<2>(noise), kernel());
+        c.has_depth(i)
+            ? graph.add(OwnView<3>{measured_view<3>(c, i)}, {point}, noise_of<3>(c.noise), kernel())
+            : graph.add(OwnView<2>{measured_view<2>(c, i)}, {point}, noise_of<2>(c.noise), kernel());
     const graph::FactorId other =
         d.has_depth(j)
-            ? graph.add(OtherView<3>{measured_view<3>(d, j)}, {kPose, point}, noise_of<3>(noise), kernel())
-            : graph.add(OtherView<2>{measured_view<2>(d, j)}, {kPose, point}, noise_of<2>(noise), kernel());
+            ? graph.add(OtherView<3>{measured_view<3>(d, j)}, {kPose, point}, noise_of<3>(d.noise), kernel())
+            : graph.add(OtherView<2>{measured_view<2>(d, j)}, {kPose, point}, noise_of<2>(d.noise), kernel());
     problem.factors.push_back({own, other});
   }
   return problem;
@@ -157,12 +157,12 @@ template struct OtherView<3>;
 
 std::optional<RefinedPose> refine_pose(const FrameFeatures& c, const FrameFeatures& d,
                                        const std::vector<std::pair<int, int>>& pairs, const SE3& T_C_D,
-                                       const ViewNoise& noise, double gather) {
+                                       double gather) {
   RefinedPose refined{T_C_D, Matrix6d::Zero(), pairs_near(c, d, pairs, T_C_D, gather)};
   constexpr int kRounds = 4;
   for (int round = 0; round < kRounds; ++round) {
     if (refined.agreeing.size() < kFewest) return std::nullopt;
-    Problem problem = make_problem(c, d, refined.agreeing, refined.T_C_D, noise);
+    Problem problem = make_problem(c, d, refined.agreeing, refined.T_C_D);
     solve(problem.graph, problem.values, {.max_iterations = 10, .relative_cost_tolerance = 1e-6});
     refined.T_C_D = problem.values.get<SE3>(kPose);
     std::vector<std::pair<int, int>> fitting;

@@ -15,11 +15,6 @@
 
 namespace covey::place {
 
-struct ViewNoise {
-  double direction = 0.003;      // std dev on the plane z = 1: px / focal
-  double inverse_depth = 0.006;  // std dev, 1 / m: px / (focal * baseline)
-};
-
 // What a camera measures of a point: [x / z; y / z; 1 / z], the third where depth is known (kDim = 3).
 template <int kDimension>
 struct OwnView {
@@ -51,6 +46,6 @@ struct RefinedPose {
 // where the pairs do not determine the pose.
 std::optional<RefinedPose> refine_pose(const FrameFeatures& c, const FrameFeatures& d,
                                        const std::vector<std::pair<int, int>>& pairs, const SE3& T_C_D,
-                                       const ViewNoise& noise, double gather);
+                                       double gather);
 
 }  // namespace covey::place

@@ -37,6 +37,7 @@ FrameFeatures StereoFeatures::extract(const cv::Mat& left, const cv::Mat& right)
   FrameFeatures features;
   features.T_B_C = T_B_C_;
   const double scale = rectification_.focal_px() * rectification_.baseline_m();
+  features.noise = {options_.view_px / rectification_.focal_px(), options_.disparity_px / scale};
   for (std::size_t k = 0; k < orb.pixels.size(); ++k) {
     const Eigen::Vector3d ray_C = rectification_.ray(orb.pixels[k]);
     const double depth_m = disparities[k] > 0.0F ? scale / disparities[k] * ray_C.z() : 0.0;

@@ -17,6 +17,8 @@ struct StereoFeatureOptions {
   RowMatchOptions rows;
   double near_m = 0.5;
   double far_m = 40.0;
+  double view_px = 1.5;  // standard deviations
+  double disparity_px = 0.5;
 };
 
 class StereoFeatures {

@@ -101,8 +101,7 @@ Verification verify(const FrameFeatures& a, const FrameFeatures& b, const Verifi
   if (result.three_point < options.least_inliers) return refused(result, "three_point");
 
   constexpr double kGather = 3.0;
-  const auto refined =
-      refine_pose(a, b, matches, metric.T_C_D, options.noise, kGather * options.ransac_direction);
+  const auto refined = refine_pose(a, b, matches, metric.T_C_D, kGather * options.ransac_direction);
   if (!refined) return refused(result, "inliers");
   result.inliers = static_cast<int>(refined->agreeing.size());
   if (result.inliers < options.least_inliers) return refused(result, "inliers");

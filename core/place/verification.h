@@ -22,7 +22,6 @@ namespace covey::place {
 
 struct VerificationOptions {
   MatchOptions match;
-  ViewNoise noise;
   double ransac_direction = 0.0065;  // a view this far off (on the plane z = 1) is no inlier: 3 px / focal
   int five_point_iterations = 150;
   int three_point_iterations = 300;
@@ -33,7 +32,7 @@ struct VerificationOptions {
   double most_sigma_m = 0.3;   // of the pose: worse is not worth having
   double most_sigma_deg = 3.0;
   double most_distance_m = 6.0;  // between the cameras: beyond that descriptors are not the same any more
-  double least_overlap = 0.28;   // share of what the pose foretells that is found (overlap.h)
+  double least_overlap = 0.36;   // share of what the pose foretells that is found (overlap.h)
   double floor_m = 0.03;  // added to the covariance: calibration, chained odometry, and what RANSAC lets pass
   double floor_deg = 0.3;
 };

@@ -143,16 +143,26 @@ int Vocabulary::word(const Descriptor& descriptor) const {
   return word_of_[node];
 }
 
-BagOfWords Vocabulary::bag(std::span<const Descriptor> descriptors) const {
-  std::map<int, int> counts;
-  for (const Descriptor& descriptor : descriptors) ++counts[word(descriptor)];
+WordCounts Vocabulary::counts(std::span<const Descriptor> descriptors) const {
+  std::map<int, int> found;
+  for (const Descriptor& descriptor : descriptors) ++found[word(descriptor)];
+  WordCounts counts;
+  for (const auto& [word, count] : found) {
+    if (!(weight(word) > 0.0)) continue;
+    counts.words.push_back(word);
+    counts.counts.push_back(count);
+  }
+  return counts;
+}
+
+BagOfWords Vocabulary::bag(const WordCounts& counts) const {
   double sum = 0.0;
-  for (const auto& [word, count] : counts) sum += count * weight(word);
+  for (std::size_t k = 0; k < counts.words.size(); ++k) sum += counts.counts[k] * weight(counts.words[k]);
   BagOfWords bag;
-  for (const auto& [word, count] : counts) {
-    const double share = count * weight(word) / sum;
+  for (std::size_t k = 0; k < counts.words.size(); ++k) {
+    const double share = counts.counts[k] * weight(counts.words[k]) / sum;
     if (!(share > 0.0)) continue;
-    bag.words.push_back(word);
+    bag.words.push_back(counts.words[k]);
     bag.weights.push_back(static_cast<float>(share));
   }
   return bag;

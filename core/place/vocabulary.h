@@ -42,7 +42,10 @@ class Vocabulary {
   }
 
   int word(const Descriptor& descriptor) const;
-  BagOfWords bag(std::span<const Descriptor> descriptors) const;  // empty where no word has a weight
+  // Of the words that have a weight: those that stand in every image of the training have none.
+  WordCounts counts(std::span<const Descriptor> descriptors) const;
+  BagOfWords bag(const WordCounts& counts) const;  // empty where no word has a weight
+  BagOfWords bag(std::span<const Descriptor> descriptors) const { return bag(counts(descriptors)); }
 
  private:
   std::vector<Node> nodes_;

@@ -20,10 +20,10 @@
 #include <covey/dpgo_step_t.hpp>
 #include <covey/imu_t.hpp>
 #include <covey/keyframe_t.hpp>
-#include <covey/lcd_features_t.hpp>
+#include <covey/lcd_bag_t.hpp>
+#include <covey/lcd_frame_t.hpp>
 #include <covey/lcd_loop_t.hpp>
 #include <covey/lcd_request_t.hpp>
-#include <covey/lcd_words_t.hpp>
 #include <covey/loop_t.hpp>
 #include <covey/loop_weights_t.hpp>
 #include <covey/mesh_block_t.hpp>
@@ -122,11 +122,11 @@ inline constexpr RadioChannel<dpgo_poses_t> kDpgoPoses{"DPGO_POSES", radio::Modu
 inline constexpr RadioChannel<dpgo_relay_t> kDpgoRelay{"DPGO_RELAY", radio::Module::kDpgo, false, 2};
 inline constexpr RadioChannel<dpgo_relay_t> kDpgoRelayRound{"DPGO_RELAY_ROUND", radio::Module::kDpgo, true};
 
-inline constexpr RadioChannel<lcd_words_t> kLcdWords{"LCD_WORDS", radio::Module::kPlaceRecognition, true};
+inline constexpr RadioChannel<lcd_bag_t> kLcdBag{"LCD_BAG", radio::Module::kPlaceRecognition, true};
 inline constexpr RadioChannel<lcd_request_t> kLcdRequest{"LCD_REQUEST", radio::Module::kGeometricVerification,
                                                          true, 1};
-inline constexpr RadioChannel<lcd_features_t> kLcdFeatures{"LCD_FEATURES",
-                                                           radio::Module::kGeometricVerification, true};
+inline constexpr RadioChannel<lcd_frame_t> kLcdFrame{"LCD_FRAME", radio::Module::kGeometricVerification,
+                                                     true};
 inline constexpr RadioChannel<lcd_loop_t> kLcdLoop{"LCD_LOOP", radio::Module::kGeometricVerification, true,
                                                    1};
 
@@ -134,7 +134,7 @@ inline constexpr RadioChannel<lcd_loop_t> kLcdLoop{"LCD_LOOP", radio::Module::kG
 inline constexpr std::tuple kRadioChannels{
     kDpgoBeacon,     kDpgoNeighbours, kDpgoRound,  kDpgoRequest, kDpgoJoin,  kDpgoKeys,
     kDpgoStart,      kDpgoAlignment,  kDpgoStep,   kDpgoGraph,   kDpgoPoses, kDpgoRelay,
-    kDpgoRelayRound, kLcdWords,       kLcdRequest, kLcdFeatures, kLcdLoop};
+    kDpgoRelayRound, kLcdBag,         kLcdRequest, kLcdFrame,    kLcdLoop};
 
 // The same without the types.
 const radio::TreatmentTable& radio_table();

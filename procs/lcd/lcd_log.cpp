@@ -21,18 +21,18 @@ std::optional<place::LcdRecord> record_of(const Bytes& bytes) {
 }
 
 std::optional<place::LcdRecord> record_from(const std::string& channel, const Bytes& bytes) {
-  if (channel == kLcdWords.out().name || channel == kLcdWords.in().name) return record_of<lcd_words_t>(bytes);
-  if (channel == kLcdFeatures.out().name) return record_of<lcd_features_t>(bytes);
+  if (channel == kLcdBag.out().name || channel == kLcdBag.in().name) return record_of<lcd_bag_t>(bytes);
+  if (channel == kLcdFrame.out().name) return record_of<lcd_frame_t>(bytes);
   if (channel == kLcdLoop.in().name) return record_of<lcd_loop_t>(bytes);
   if (channel == kLoop.name) return record_of<loop_t>(bytes);
   return std::nullopt;
 }
 
 const char* channel_of(const place::LcdRecord& record, int robot) {
-  if (const auto* words = std::get_if<lcd_words_t>(&record)) {
-    return words->from == robot ? kLcdWords.out().name : kLcdWords.in().name;
+  if (const auto* bag = std::get_if<lcd_bag_t>(&record)) {
+    return bag->from == robot ? kLcdBag.out().name : kLcdBag.in().name;
   }
-  if (std::holds_alternative<lcd_features_t>(record)) return kLcdFeatures.out().name;
+  if (std::holds_alternative<lcd_frame_t>(record)) return kLcdFrame.out().name;
   if (std::holds_alternative<lcd_loop_t>(record)) return kLcdLoop.in().name;
   return kLoop.name;
 }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-// What an lcd must not lose with its process, under --state: lcd.lcm, an LCM log that grows. OUT_LCD_WORDS and OUT_LCD_FEATURES of
-// the own keyframes, IN_LCD_WORDS of the others', LOOP, and IN_LCD_LOOP where the other robot said that it has a closure.
+// What an lcd must not lose with its process, under --state: lcd.lcm, an LCM log that grows. OUT_LCD_BAG and OUT_LCD_FRAME (with all
+// features) of the own keyframes, IN_LCD_BAG of the others', LOOP, and IN_LCD_LOOP where the other robot said that it has a closure.
 // It is read back at the start; one whose end was cut off, or is not what it should be, is good up to there.
 
 #include <filesystem>

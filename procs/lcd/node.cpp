@@ -49,9 +49,9 @@ LcdNode::LcdNode(Process& process, const LcdNodeOptions& options, const Rig& rig
       StreamPositions(own.begin(), own.end()));
   process.sensor_bus().subscribe(kStereo, [this](const stereo_t& message) { on_stereo(message); },
                                  {.newest_wins = true, .capacity = kQueueOfImages});
-  listen(kLcdWords);
+  listen(kLcdBag);
   listen(kLcdRequest);
-  listen(kLcdFeatures);
+  listen(kLcdFrame);
   listen(kLcdLoop);
   process.loop().call_every(kTickUs, [this] {
     agent_.tick(process_.now());
@@ -130,9 +130,9 @@ void LcdNode::work() {
 void LcdNode::publish() {
   struct Publish {
     Bus& bus;
-    void operator()(const lcd_words_t& m) { bus.publish(kLcdWords, m); }
+    void operator()(const lcd_bag_t& m) { bus.publish(kLcdBag, m); }
     void operator()(const lcd_request_t& m) { bus.publish(kLcdRequest, m); }
-    void operator()(const lcd_features_t& m) { bus.publish(kLcdFeatures, m); }
+    void operator()(const lcd_frame_t& m) { bus.publish(kLcdFrame, m); }
     void operator()(const lcd_loop_t& m) { bus.publish(kLcdLoop, m); }
   };
   for (const place::LcdRecord& record : agent_.take_records()) {

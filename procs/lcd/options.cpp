@@ -15,19 +15,14 @@ void read_features(ConfigSection& section, place::StereoFeatureOptions& features
   section.read("fast_threshold", features.orb.fast_threshold, 1, 100);
   section.read("near_m", features.near_m, 0.05, 100.0);
   section.read("far_m", features.far_m, 0.1, 1000.0);
+  section.read("view_px", features.view_px, 0.05, 100.0);
+  section.read("disparity_px", features.disparity_px, 0.05, 100.0);
 }
 
 void read_verification(ConfigSection& section, const Rig& rig, place::VerificationOptions& verification) {
   double ransac_px = 3.0;
-  double view_px = 1.5;
-  double disparity_px = 0.5;
   section.read("ransac_px", ransac_px, 0.1, 100.0);
-  section.read("view_px", view_px, 0.05, 100.0);
-  section.read("disparity_px", disparity_px, 0.05, 100.0);
-  const double focal = rig.left.camera.fx;
-  const double baseline_m = (rig.left.T_B_C.translation - rig.right->T_B_C.translation).norm();
-  verification.ransac_direction = ransac_px / focal;
-  verification.noise = {view_px / focal, disparity_px / (focal * baseline_m)};
+  verification.ransac_direction = ransac_px / rig.left.camera.fx;
   section.read("match_ratio", verification.match.ratio, 0.1, 1.0);
   section.read("match_bits", verification.match.most_distance, 1, place::kDescriptorBits);
   section.read("five_point_iterations", verification.five_point_iterations, 1, 100'000);
@@ -69,6 +64,7 @@ LcdNodeOptions read_lcd_options(ConfigSection& section, const Rig& rig) {
   section.read("verifications_per_s", agent.verifications_per_s, 0.1, 1000.0);
   section.read("waiting", agent.waiting, 1, 100'000);
   section.read("keyframes", agent.keyframes, 1, 1'000'000);
+  section.read("sent_features", agent.sent_features, 20, place::kMostFeatures);
   section.read("others_features", agent.others_features, 1, 100'000);
   section.read("asked_at_once", agent.asked_at_once, 1, 32);
   read_seconds(section, "ask_again_s", agent.ask_again_us, 0.1, 600.0);

@@ -277,8 +277,8 @@ TEST_CASE("what anybody may say is refused with its reason and changes nothing")
   LcdAgent& agent = team.agent(1);
   const int loops = agent.loops();
   const Seen& seen = team.drive_of(0)[0];
-  const lcd_words_t words =
-      words_message({0, 7, 900}, 0, vocabulary()->bag(seen.features.descriptors), vocabulary()->hash());
+  const lcd_bag_t words =
+      bag_message({0, 7, 900}, 0, vocabulary()->counts(seen.features.descriptors), vocabulary()->hash());
   const auto refuses = [&](auto message, auto change) {
     change(message);
     const char* reason = agent.receive(message, 0);
@@ -288,28 +288,29 @@ TEST_CASE("what anybody may say is refused with its reason and changes nothing")
   REQUIRE(refuses(words, [](auto& m) { m.from = 1; }) == "robot");
   REQUIRE(refuses(words, [](auto& m) { m.from = -5; }) == "robot");
   REQUIRE(refuses(words, [](auto& m) { ++m.vocabulary; }) == "vocabulary");
-  REQUIRE(refuses(words, [](auto& m) { m.words[3] = m.words[2]; }) == "values");
-  REQUIRE(refuses(words, [](auto& m) { m.words.back() = 1 << 30; }) == "values");
-  REQUIRE(refuses(words, [](auto& m) { m.weights[0] = std::nanf(""); }) == "values");
-  REQUIRE(refuses(words, [](auto& m) { m.id = -1; }) == "values");
-  const lcd_features_t features = features_message({0, 7, 900}, 0, 1, seen.features);
+  REQUIRE(refuses(words, [](auto& m) { m.code.resize(m.code.size() / 2); }) != "");
+  REQUIRE(refuses(words, [](auto& m) { m.n = 0; }) == "size");
+  REQUIRE(refuses(words, [](auto& m) { m.n -= 20; }) == "code");
+  REQUIRE(refuses(words, [](auto& m) { m.id = -1; }) == "id");
+  const lcd_frame_t features = frame_message({0, 7, 900}, 0, 1, seen.features);
   REQUIRE(refuses(features, [](auto&) {}) == "unasked");
   REQUIRE(refuses(features, [](auto& m) { m.to = 0; }) == "robot");
-  REQUIRE_FALSE(features_from([&] {
-    auto m = features;
-    m.bearings[5] = std::nanf("");
-    return m;
-  }()));
-  REQUIRE_FALSE(features_from([&] {
-    auto m = features;
-    m.depths[0] = -1.0F;
-    return m;
-  }()));
-  REQUIRE_FALSE(features_from([&] {
-    auto m = features;
-    m.T_B_C[0] = 9.0F;
-    return m;
-  }()));
+  const auto unreadable = [&](auto change) {
+    lcd_frame_t message = features;
+    change(message);
+    FrameFeatures read;
+    const char* reason = read_frame(message, read);
+    return std::string(reason == nullptr ? "" : reason);
+  };
+  REQUIRE(unreadable([](auto&) {}) == "");
+  REQUIRE(unreadable([](auto& m) { m.id = -1; }) == "id");
+  REQUIRE(unreadable([](auto& m) { m.n = -1; }) == "size");
+  REQUIRE(unreadable([](auto& m) { m.n_bytes -= 32; }) == "size");
+  REQUIRE(unreadable([](auto& m) { m.direction_sigma = std::nanf(""); }) == "noise");
+  REQUIRE(unreadable([](auto& m) { m.inverse_depth_sigma = 0.0F; }) == "noise");
+  REQUIRE(unreadable([](auto& m) { m.T_B_C[0] = 9.0F; }) == "camera");
+  REQUIRE(unreadable([](auto& m) { m.T_B_C[5] = std::nanf(""); }) == "camera");
+  REQUIRE(unreadable([](auto& m) { m.code.pop_back(); }) == "code");
   lcd_loop_t loop{};
   loop.from = 0;
   loop.to = 1;

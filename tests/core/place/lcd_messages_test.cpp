@@ -31,40 +31,76 @@ Vocabulary small_vocabulary() {
   return train_vocabulary(images, {.branching = 6, .depth = 3, .least_to_split = 10});
 }
 
-TEST_CASE("features cross as they are, but for the precision of the camera's place") {
-  const FrameFeatures features = some_features();
-  lcd_features_t message{};
-  REQUIRE(decode(encode(features_message({3, 77, 5}, 9, 1, features)), message));
+TEST_CASE("a keyframe's best features cross, as exactly as they are known, in less than 6 kB") {
+  RandomGeometry random(2);
+  const FrameFeatures all =
+      see(testing::make_place(600, random), testing::body_behind_camera(), testing::forward_camera(), random);
+  REQUIRE(all.size() > 500);
+  const FrameFeatures features = best_of(all, LcdOptions{}.sent_features);
+  REQUIRE(static_cast<int>(features.size()) == LcdOptions{}.sent_features);
+  const Bytes bytes = encode(frame_message({3, 77, 5}, 9, 1, features));
+  REQUIRE(bytes.size() < 5600);
+  lcd_frame_t message{};
+  REQUIRE(decode(bytes, message));
   REQUIRE(message.from == 3);
   REQUIRE(message.to == 1);
   REQUIRE(message.segment == 77);
   REQUIRE(message.id == 5);
-  const auto back = features_from(message);
-  REQUIRE(back);
-  REQUIRE(back->bearings_C == features.bearings_C);
-  REQUIRE(back->depths_m == features.depths_m);
-  REQUIRE(back->descriptors == features.descriptors);
-  REQUIRE((back->T_B_C.inverse() * features.T_B_C).log().norm() < 1e-6);
-  REQUIRE(features_from(features_message({3, 77, 5}, 9, 1, {}))->size() == 0);
+  FrameFeatures back;
+  REQUIRE(read_frame(message, back) == nullptr);
+  REQUIRE(back.descriptors == features.descriptors);
+  REQUIRE((back.T_B_C.inverse() * features.T_B_C).log().norm() < 1e-6);
+  REQUIRE(back.noise.direction == Approx(features.noise.direction));
+  REQUIRE(back.noise.inverse_depth == Approx(features.noise.inverse_depth));
+  for (std::size_t k = 0; k < features.size(); ++k) {
+    REQUIRE((back.direction(k) - features.direction(k)).norm() < 0.2 * features.noise.direction);
+    REQUIRE(back.has_depth(k) == features.has_depth(k));
+  }
+  REQUIRE(read_frame(frame_message({3, 77, 5}, 9, 1, {}), back) == nullptr);
+  REQUIRE(back.size() == 0);
 }
 
-TEST_CASE("words cross as they are") {
+TEST_CASE("the best features are those with a depth, in their order") {
+  const FrameFeatures features = some_features();
+  const auto depths = static_cast<int>(
+      std::count_if(features.depths_m.begin(), features.depths_m.end(), [](float d) { return d > 0.0F; }));
+  const FrameFeatures few = best_of(features, depths - 3);
+  REQUIRE(static_cast<int>(few.size()) == depths - 3);
+  std::size_t at = 0;
+  for (std::size_t k = 0; k < few.size(); ++k, ++at) {
+    while (!features.has_depth(at)) ++at;
+    REQUIRE(few.descriptors[k] == features.descriptors[at]);
+    REQUIRE(few.depths_m[k] == features.depths_m[at]);
+    REQUIRE(few.bearings_C[k] == features.bearings_C[at]);
+  }
+  REQUIRE(best_of(features, depths + 2).size() == static_cast<std::size_t>(depths) + 2);
+  REQUIRE_FALSE(best_of(features, depths + 2).has_depth(static_cast<std::size_t>(depths)));
+  REQUIRE(best_of(features, 10'000).size() == features.size());
+}
+
+TEST_CASE("words cross in less than 0.5 kB, and make the sender's bag to the last bit") {
+  RandomGeometry random(7);
+  std::vector<Descriptor> descriptors;
+  for (int k = 0; k < 500; ++k) descriptors.push_back(testing::random_descriptor(random));
   const Vocabulary vocabulary = small_vocabulary();
-  const BagOfWords bag = vocabulary.bag(some_features().descriptors);
-  lcd_words_t message{};
-  REQUIRE(decode(encode(words_message({3, 77, 5}, 9, bag, vocabulary.hash())), message));
+  const WordCounts counts = vocabulary.counts(descriptors);
+  const Bytes bytes = encode(bag_message({3, 77, 5}, 9, counts, vocabulary.hash()));
+  REQUIRE(bytes.size() < 500);
+  lcd_bag_t message{};
+  REQUIRE(decode(bytes, message));
   REQUIRE(message.to == -1);
-  const auto back = bag_from(message, vocabulary.words());
-  REQUIRE(back);
-  REQUIRE(back->words == bag.words);
-  REQUIRE(back->weights == bag.weights);
+  WordCounts back;
+  REQUIRE(read_bag(message, vocabulary.words(), back) == nullptr);
+  const BagOfWords bag = vocabulary.bag(back);
+  REQUIRE(bag.words == vocabulary.bag(descriptors).words);
+  REQUIRE(bag.weights == vocabulary.bag(descriptors).weights);
   // What cannot be counted from without an overflow.
-  lcd_words_t extreme = message;
+  lcd_bag_t extreme = message;
   extreme.id = std::numeric_limits<std::int32_t>::max();
-  REQUIRE_FALSE(bag_from(extreme, vocabulary.words()));
+  REQUIRE(read_bag(extreme, vocabulary.words(), back) == std::string("id"));
   extreme = message;
   extreme.utime = std::numeric_limits<std::int64_t>::min();
-  REQUIRE_FALSE(bag_from(extreme, vocabulary.words()));
+  REQUIRE(read_bag(extreme, vocabulary.words(), back) == std::string("utime"));
 }
 
 TEST_CASE("closures are the same only with the same ends and the same numbers") {
@@ -99,8 +135,8 @@ TEST_CASE("damaged messages are refused or harmless") {
   const auto vocabulary = std::make_shared<const Vocabulary>(small_vocabulary());
   const FrameFeatures features = some_features();
   const Bytes words =
-      encode(words_message({1, 7, 1}, 9, vocabulary->bag(features.descriptors), vocabulary->hash()));
-  const Bytes feature_bytes = encode(features_message({1, 7, 1}, 9, 0, features));
+      encode(bag_message({1, 7, 1}, 9, vocabulary->counts(features.descriptors), vocabulary->hash()));
+  const Bytes feature_bytes = encode(frame_message({1, 7, 1}, 9, 0, features));
   lcd_request_t request{};
   request.from = 1;
   request.n = 2;
@@ -117,6 +153,7 @@ TEST_CASE("damaged messages are refused or harmless") {
   LcdAgent agent(0, 1, vocabulary, {});
   std::mt19937_64 random(5);
   int taken = 0;
+  int usable_frames = 0;
   const auto damage = [&random](Bytes bytes, const std::vector<std::size_t>& counts) {
     const int changes = 1 + static_cast<int>(random() % 3);
     for (int k = 0; k < changes; ++k) {
@@ -134,18 +171,22 @@ TEST_CASE("damaged messages are refused or harmless") {
     agent.take_records();
     agent.work(1000);
   };
-  const std::vector<std::size_t> in_features{36, 40, 44 + 16 * features.size()};
+  const std::size_t after_descriptors = 80 + kDescriptorBytes * features.size();
+  const std::vector<std::size_t> in_features{76, after_descriptors};
   for (int trial = 0; trial < 1000; ++trial) {
-    feed(damage(words, {44}), lcd_words_t{});
-    feed(damage(feature_bytes, in_features), lcd_features_t{});
+    feed(damage(words, {48}), lcd_bag_t{});
+    feed(damage(feature_bytes, in_features), lcd_frame_t{});
     feed(damage(request_bytes, {24}), lcd_request_t{});
     feed(damage(loop_bytes, {}), lcd_loop_t{});
-    lcd_features_t message{};
-    if (decode(damage(feature_bytes, in_features), message)) {
-      if (const auto usable = features_from(message)) verify(*usable, features);
+    lcd_frame_t message{};
+    FrameFeatures usable;
+    if (decode(damage(feature_bytes, in_features), message) && read_frame(message, usable) == nullptr) {
+      ++usable_frames;
+      verify(usable, features);
     }
   }
   REQUIRE(taken > 0);
+  REQUIRE(usable_frames > 0);
   for (const loop_t& told : agent.take_loops()) REQUIRE(is_good(told));
 }
 

@@ -67,6 +67,7 @@ inline FrameFeatures see(const std::vector<Landmark>& place, const SE3& T_W_B, c
                          RandomGeometry& random, const SeeOptions& options = {}) {
   FrameFeatures features;
   features.T_B_C = T_B_C;
+  features.noise = {options.direction_sigma, options.inverse_depth_sigma};
   for (const Landmark& landmark : place) {
     const Eigen::Vector3d p_C = (T_W_B * T_B_C).inverse() * landmark.p_W;
     if (p_C.z() > 0.5 && p_C.z() < options.far_m && p_C.hnormalized().cwiseAbs().maxCoeff() < 0.8) {

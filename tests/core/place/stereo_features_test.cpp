@@ -59,6 +59,9 @@ TEST_CASE("points of a wall come back at their place through each rig's lenses")
     const FrameFeatures features = StereoFeatures(rig).extract(take_picture(wall, rig.left.camera, SE3{}),
                                                                take_picture(wall, rig.right->camera, T_L_R));
     REQUIRE(features.size() == 500);
+    const double focal = rig.left.camera.fx;
+    REQUIRE(features.noise.direction == Approx(1.5 / focal));
+    REQUIRE(features.noise.inverse_depth == Approx(0.5 / (focal * T_L_R.translation.norm())));
     int with_depth = 0;
     int good = 0;
     for (std::size_t k = 0; k < features.size(); ++k) {
@@ -84,6 +87,10 @@ TEST_CASE("features are spread, as many as asked, and the same twice") {
   for (const auto& pixel : features.pixels) weak_side += pixel.x < 500 ? 1 : 0;
   REQUIRE(weak_side > 50);  // the 500 strongest are all on the other side but for 12
   REQUIRE(detect_orb(image).descriptors == features.descriptors);
+  // The first so many are spread too.
+  int weak_of_first = 0;
+  for (int k = 0; k < 150; ++k) weak_of_first += features.pixels[static_cast<std::size_t>(k)].x < 500 ? 1 : 0;
+  REQUIRE(weak_of_first > 50);
   REQUIRE(detect_orb(cv::Mat(480, 752, CV_8U, cv::Scalar(7))).pixels.empty());
 }
 

@@ -2,6 +2,7 @@
 #include "core/place/verification.h"
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <string>
 
@@ -35,10 +36,11 @@ Pair make_pair(RandomGeometry& random, const SeeOptions& options = {}) {
           see(place, T_W_B, testing::forward_camera(), random, options), T_W_A.inverse() * T_W_B};
 }
 
-VerificationOptions options_for(const SeeOptions& see) {
-  VerificationOptions options;
-  options.noise = {see.direction_sigma, see.inverse_depth_sigma};
-  return options;
+Pairs swapped(const Pairs& pairs) {
+  Pairs result;
+  for (const auto& [i, j] : pairs) result.emplace_back(j, i);
+  std::sort(result.begin(), result.end());
+  return result;
 }
 
 TEST_CASE("the Jacobians of a view are its derivatives") {
@@ -58,7 +60,7 @@ TEST_CASE("the Jacobians of a view are its derivatives") {
 
 TEST_CASE("a place that two cameras saw gives their pose, as exactly as its covariance says") {
   const SeeOptions see;
-  VerificationOptions options = options_for(see);
+  VerificationOptions options;
   options.floor_m = 0.0;
   options.floor_deg = 0.0;
   RandomGeometry random(8);
@@ -200,6 +202,33 @@ TEST_CASE("features without depth on one side are enough, without any they are n
   REQUIRE(verify(pair.b, pair.a).refused == nullptr);
   pair.a.depths_m.assign(pair.a.size(), 0.0F);
   REQUIRE(verify(pair.a, pair.b).refused == std::string("three_point"));
+}
+
+// What another robot sends: the best of its features, of which the whole picture is not known.
+TEST_CASE("a part of one side's features is enough, and does not make a wrong place right") {
+  RandomGeometry random(18);
+  for (int trial = 0; trial < 10; ++trial) {
+    const Pair pair = make_pair(random);
+    const FrameFeatures part = best_of(pair.b, 120);
+    const Verification result = verify(pair.a, part);
+    INFO("trial " << trial << ", refused " << (result.refused ? result.refused : "no"));
+    REQUIRE(result.refused == nullptr);
+    REQUIRE((result.T_A_B.inverse() * pair.T_A_B).log().norm() < 0.12);
+    REQUIRE(result.overlap > 0.4);
+    REQUIRE(verify(part, pair.a).refused == nullptr);
+    REQUIRE(verify(make_pair(random).a, part).refused == std::string("matches"));
+  }
+}
+
+TEST_CASE("descriptors match the same pairs both ways round, in order") {
+  RandomGeometry random(19);
+  const Pair pair = make_pair(random);
+  const FrameFeatures part = best_of(pair.b, 100);
+  const auto there = match_descriptors(pair.a.descriptors, part.descriptors);
+  const auto back = match_descriptors(part.descriptors, pair.a.descriptors);
+  REQUIRE(there.size() > 30);
+  REQUIRE(std::is_sorted(there.begin(), there.end()));
+  REQUIRE(swapped(back) == there);
 }
 
 TEST_CASE("empty and tiny features are refused, not a fault") {

@@ -100,7 +100,7 @@ TEST_CASE("a bag is normalised, ascending, and most similar to itself") {
       REQUIRE(similarity(bag, another) == Approx(1.0 - 0.5 * l1).margin(1e-5));
     }
   }
-  REQUIRE(vocabulary().bag({}).words.empty());
+  REQUIRE(vocabulary().bag(std::vector<Descriptor>{}).words.empty());
   REQUIRE(similarity({}, vocabulary().bag(images[0])) == 0.0);
 }
 

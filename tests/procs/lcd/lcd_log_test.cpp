@@ -13,13 +13,13 @@ struct Folder : ScratchFile {
 };
 
 std::vector<place::LcdRecord> some_records() {
-  lcd_words_t own{};
+  lcd_bag_t own{};
   own.from = 3;
   own.id = 1;
-  lcd_words_t of_another{};
+  lcd_bag_t of_another{};
   of_another.from = 4;
   of_another.id = 2;
-  lcd_features_t features{};
+  lcd_frame_t features{};
   features.from = 3;
   features.id = 1;
   loop_t loop{};

@@ -106,7 +106,7 @@ TEST_CASE(
   const Rig rig = read_rig(std::filesystem::path(COVEY_SOURCE_DIR) / "configs/sensors/rover.yaml");
   write_log(folder.path / "in.lcm", rig);
   const Output output = run_lcd(folder, "first", true);
-  REQUIRE(output.messages.at("OUT_LCD_WORDS") == 6);
+  REQUIRE(output.messages.at("OUT_LCD_BAG") == 6);
   REQUIRE(output.counters.at("dropped/KEYFRAME/no_images") == 1);
   REQUIRE(output.counters.at("funnel/accepted") == static_cast<int>(output.loops.size()));
   REQUIRE(output.loops.size() >= 1);
@@ -128,7 +128,7 @@ TEST_CASE(
   REQUIRE(again.loops.size() == output.loops.size());
   REQUIRE(again.loops[0].stream == output.loops[0].stream);
   REQUIRE(again.loops[0].t_A_B[0] == output.loops[0].t_A_B[0]);
-  REQUIRE(again.messages.count("OUT_LCD_WORDS") == 0);
+  REQUIRE(again.messages.count("OUT_LCD_BAG") == 0);
 }
 
 }  // namespace

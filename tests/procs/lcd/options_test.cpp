@@ -17,14 +17,14 @@ LcdNodeOptions read(const std::string& text, const Rig& rig) {
   return options;
 }
 
-TEST_CASE("pixels become directions and inverse depths by the rig") {
+TEST_CASE("pixels of RANSAC become directions by the rig") {
   const Rig rig = rover();
   const auto options = read("lcd: {vocabulary: v.bin, ransac_px: 2, view_px: 1, disparity_px: 0.25}", rig);
   const double focal = rig.left.camera.fx;
   REQUIRE(options.vocabulary == "v.bin");
   REQUIRE(options.agent.verification.ransac_direction == Approx(2.0 / focal));
-  REQUIRE(options.agent.verification.noise.direction == Approx(1.0 / focal));
-  REQUIRE(options.agent.verification.noise.inverse_depth == Approx(0.25 / (focal * 0.2)));
+  REQUIRE(options.features.view_px == 1.0);
+  REQUIRE(options.features.disparity_px == 0.25);
 }
 
 TEST_CASE("keys are read, with units and ranges, and mistakes are named") {
