@@ -11,7 +11,7 @@ import subprocess
 import traceback
 from dataclasses import dataclass
 
-from covey_tools import contract, evaluation, meshes, motion, pictures, places
+from covey_tools import contract, evaluation, funnels, meshes, motion, pictures, places
 from covey_tools.errors import Failure, InputError
 from covey_tools.results import GraphResults, SensorResults
 from covey_tools.sensor_team import frames, frames_dropped
@@ -75,6 +75,7 @@ def make(run):
     _attempt(facts, "poses at the time", lambda: _measure_online(facts, run))
     if sensors:
         _attempt(facts, "frames", lambda: _measure_frames(facts, run))
+        _attempt(facts, "place recognition", lambda: _measure_funnels(facts, run))
     if results:
         for part, step in (("lengths", _measure_lengths), ("graph", _measure_graph), ("truth", _measure_truth),
                            ("central solution", _measure_central)):
@@ -128,6 +129,11 @@ def _measure_frames(facts, run):
         robot["frames_dropped"] = frames_dropped(vio)
         robot["vio_ms_mean"] = vio.gauges.get("frame_ms_mean")
         robot["vio_ms_p99"] = vio.gauges.get("frame_ms_p99")
+
+
+def _measure_funnels(facts, run):
+    """Of each pair of robots what became of the words that they heard from each other, by their loop finders' own word."""
+    facts["place_recognition"] = funnels.of_pairs({robot.id: run.outcome.team.said("lcd", robot.id) for robot in run.robots})
 
 
 def _measure_lengths(facts, run, results):

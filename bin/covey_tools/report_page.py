@@ -5,6 +5,7 @@ import base64
 import html
 import os
 
+from covey_tools import funnels
 from covey_tools.report_words import against_central, metres, milliseconds, other_ates, share, truth_of_loops
 
 _STYLE = """
@@ -48,6 +49,8 @@ def _page(out, facts):
         parts += ["<h2>Meshes</h2>", _meshes(facts), *(f"<p>{html.escape(each)}.</p>" for each in facts["remarks"])]
     if "loops" in facts["team"]:
         parts += ["<h2>Loop closures by pair of robots</h2>", _pairs(facts)]
+    if "place_recognition" in facts:
+        parts += ["<h2>From words to closures, by pair of robots</h2>", _funnels(facts)]
     parts += ["<h2>Radio</h2>", _radio(facts), _LAST_WORD]
     head = f"<meta charset='utf-8'><meta name='viewport' content='width=device-width'><title>{title}</title>"
     body = "\n".join(parts)
@@ -149,6 +152,13 @@ def _pairs(facts):
         for row, pair in zip(rows, facts["team"]["loops"]):
             row += [pair["true"], pair["true_total"]]
     return _table(heads, rows)
+
+
+def _funnels(facts):
+    kept = {(pair["a"], pair["b"]): pair["accepted"] for pair in facts["team"].get("loops", [])}
+    rows = [[f"{pair['a']} - {pair['b']}", *(pair[step] for step in funnels.STEPS), kept.get((pair["a"], pair["b"]), "-"),
+             funnels.in_words(pair)] for pair in facts["place_recognition"]]
+    return _table(["robots", *(step.replace("_", " ") for step in funnels.STEPS), "kept", "refused"], rows)
 
 
 def _radio(facts):

@@ -49,7 +49,7 @@ const char* LcdAgent::receive(const lcd_bag_t& message, Utime now) {
   if (const char* reason = read_bag(message, vocabulary_->words(), counts)) return reason;
   BagOfWords bag = vocabulary_->bag(counts);
   if (bag.words.empty()) return "words";
-  ++counts_["received"];
+  funnel_.count(message.from, "received");
   if (verifier_of(robot_, message.from) != robot_) return nullptr;
   const KeyframeName name{message.from, message.segment, message.id};
   if (const char* reason = remember(name, message.utime, std::move(bag))) return reason;
@@ -79,7 +79,7 @@ const char* LcdAgent::receive(const lcd_frame_t& message, Utime now) {
   FrameFeatures features;
   if (const char* reason = read_frame(message, features)) return reason;
   asked_.erase(name);
-  ++counts_["answered"];
+  funnel_.count(message.from, "answered");
   if (features.size() == 0) {
     forget_candidates(name, "gone");
   } else {
@@ -105,7 +105,7 @@ const char* LcdAgent::receive(const lcd_loop_t& message, Utime now) {
   if (known == loops_.end() && loops() >= options_.most_loops) return "full";
   const bool is_new = known == loops_.end();
   if (is_new) {
-    ++counts_["told"];
+    funnel_.count(message.from, "told");
     take_loop(loop, now);
   }
   lcd_loop_t answer = message;
@@ -144,7 +144,7 @@ void LcdAgent::tick(Utime now) {
 bool LcdAgent::work(Utime now) {
   std::erase_if(waiting_, [this](const Candidate& candidate) {
     if (!is_redundant(candidate)) return false;
-    ++counts_["refused/redundant"];
+    funnel_.refuse(candidate.other.robot, "redundant");
     return true;
   });
   const auto best = std::find_if(waiting_.begin(), waiting_.end(), [this](const Candidate& c) {
@@ -260,9 +260,9 @@ void LcdAgent::look_for(const KeyframeName& name, int robot) {
 
 // Kept in order, the most similar first.
 void LcdAgent::add_candidate(const Candidate& candidate) {
-  ++counts_["candidate"];
+  funnel_.count(candidate.other.robot, "candidate");
   if (is_redundant(candidate)) {
-    ++counts_["refused/redundant"];
+    funnel_.refuse(candidate.other.robot, "redundant");
     return;
   }
   const auto place =
@@ -270,8 +270,8 @@ void LcdAgent::add_candidate(const Candidate& candidate) {
                        [](const Candidate& a, const Candidate& b) { return a.similarity > b.similarity; });
   waiting_.insert(place, candidate);
   if (static_cast<int>(waiting_.size()) > options_.waiting) {
+    funnel_.refuse(waiting_.back().other.robot, "too_many");
     waiting_.pop_back();
-    ++counts_["refused/too_many"];
   }
 }
 
@@ -322,7 +322,7 @@ void LcdAgent::ask(Utime now) {
     ++open[name.robot];
     asked_[name] = {now + options_.ask_again_us, 1};
     wanted[name.robot].push_back(name);
-    ++counts_["asked"];
+    funnel_.count(name.robot, "asked");
   }
   for (const auto& [robot, names] : wanted) ask_for(names, now);
 }
@@ -343,13 +343,13 @@ void LcdAgent::ask_for(const std::vector<KeyframeName>& names, Utime now) {
 void LcdAgent::forget_candidates(const KeyframeName& other, const char* why) {
   const auto n =
       std::erase_if(waiting_, [&](const Candidate& candidate) { return candidate.other == other; });
-  counts_[std::string("refused/") + why] += static_cast<std::int64_t>(n);
+  funnel_.refuse(other.robot, why, static_cast<std::int64_t>(n));
 }
 
 void LcdAgent::verify_candidate(const Candidate& candidate, Utime now) {
   const auto [a, b] = std::minmax(candidate.own, candidate.other);
   const Verification verification = verify(*features_of(a), *features_of(b), options_.verification);
-  count_steps(verification);
+  count_steps(candidate.other.robot, verification);
   if (verification.refused || loops() >= options_.most_loops) return;
   loop_t loop = loop_message(a, b, verification, candidate.similarity);
   take_loop(loop, now);
@@ -357,13 +357,17 @@ void LcdAgent::verify_candidate(const Candidate& candidate, Utime now) {
   tell(loops_.size() - 1, candidate.other.robot, now);
 }
 
-void LcdAgent::count_steps(const Verification& verification) {
+void LcdAgent::count_steps(int robot, const Verification& verification) {
   const int least = options_.verification.least_inliers;
-  ++counts_["verified"];
-  if (verification.matches >= options_.verification.least_matches) ++counts_["matched"];
-  if (verification.five_point >= least) ++counts_["five_point"];
-  if (verification.three_point >= least) ++counts_["three_point"];
-  ++counts_[verification.refused ? std::string("refused/") + verification.refused : "accepted"];
+  funnel_.count(robot, "verified");
+  if (verification.matches >= options_.verification.least_matches) funnel_.count(robot, "matched");
+  if (verification.five_point >= least) funnel_.count(robot, "five_point");
+  if (verification.three_point >= least) funnel_.count(robot, "three_point");
+  if (verification.refused) {
+    funnel_.refuse(robot, verification.refused);
+  } else {
+    funnel_.count(robot, "accepted");
+  }
 }
 
 void LcdAgent::take_loop(loop_t loop, Utime now) {

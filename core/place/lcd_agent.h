@@ -26,13 +26,13 @@
 #include <deque>
 #include <map>
 #include <memory>
-#include <string>
 #include <tuple>
 #include <utility>
 #include <variant>
 #include <vector>
 
 #include "core/place/database.h"
+#include "core/place/funnel.h"
 #include "core/place/lcd_messages.h"
 #include "core/place/vocabulary.h"
 
@@ -98,9 +98,7 @@ class LcdAgent {
     return std::exchange(new_loops_, {});
   }  // to be published; restored ones too
 
-  // The funnel: received (words), candidate, asked, answered, verified, matched, five_point, three_point, accepted; told (closures that
-  // others found); refused/REASON.
-  const std::map<std::string, std::int64_t>& counts() const { return counts_; }
+  const Funnel& funnel() const { return funnel_; }
   int keyframes(int robot) const;
   int others_keyframes() const;
   int waiting() const { return static_cast<int>(waiting_.size()); }
@@ -148,7 +146,7 @@ class LcdAgent {
   void ask_for(const std::vector<KeyframeName>& names, Utime now);
   void forget_candidates(const KeyframeName& other, const char* why);
   void verify_candidate(const Candidate& candidate, Utime now);
-  void count_steps(const Verification& verification);
+  void count_steps(int robot, const Verification& verification);
   void take_loop(loop_t loop, Utime now);
   void note_loop(const loop_t& loop);
   void tell(std::size_t loop, int to, Utime now);
@@ -175,7 +173,7 @@ class LcdAgent {
   std::vector<LcdMessage> outgoing_;
   std::vector<LcdRecord> records_;
   std::vector<loop_t> new_loops_;
-  std::map<std::string, std::int64_t> counts_;
+  Funnel funnel_;
 };
 
 }  // namespace covey::place

@@ -146,7 +146,9 @@ void LcdNode::publish() {
 
 void LcdNode::publish_status() {
   Status& status = process_.status();
-  for (const auto& [name, total] : agent_.counts()) status.set_counter("funnel/" + name, total);
+  for (const auto& [robot, counts] : agent_.funnel().by_robot()) {
+    for (const auto& [step, n] : counts) status.set_counter(fmt::format("funnel/{}/{}", robot, step), n);
+  }
   status.gauge("keyframes", agent_.keyframes(process_.robot()));
   status.gauge("others_keyframes", agent_.others_keyframes());
   status.gauge("loops", agent_.loops());

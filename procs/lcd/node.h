@@ -6,9 +6,8 @@
 //   reads   KEYFRAME (stream); STEREO of the sensor bus, of which the pair of each keyframe's stamp is used; IN_LCD_*
 //   writes  LOOP (stream); OUT_LCD_*; STATUS
 //
-// STATUS: phase `idle` (nothing to verify, nothing asked and not answered) or `working`; counters funnel/received (words of
-// others), candidate, asked, answered, verified, matched, five_point, three_point, accepted, told (closures that others found),
-// refused/REASON; dropped/KEYFRAME/no_images; gauges keyframes (with features), others_keyframes, loops, waiting (candidates);
+// STATUS: phase `idle` (nothing to verify, nothing asked and not answered) or `working`; counters funnel/ROBOT/STEP
+// (core/place/funnel.h); dropped/KEYFRAME/no_images; gauges keyframes (with features), others_keyframes, loops, waiting (candidates);
 // extract_ms and work_ms of CPU.
 
 #include <deque>

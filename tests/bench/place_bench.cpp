@@ -189,7 +189,7 @@ class Team {
                                  {"worst_deg", s.worst_deg},
                                  {"nees", s.accepted > s.wrong ? s.nees / (s.accepted - s.wrong) : 0.0}});
     }
-    for (const auto& agent : agents_) report["funnels"].push_back(agent->counts());
+    for (const auto& agent : agents_) report["funnels"].push_back(agent->funnel().total());
     report["bytes"] = bytes_;
     report["keyframes"] = views_.size();
     report["depth_share"] = static_cast<double>(depths_) / static_cast<double>(points_);

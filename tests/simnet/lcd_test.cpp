@@ -209,12 +209,14 @@ TEST_CASE("on a perfect network every pair finds closures, and each is verified 
   for (const auto& [a, b] : {std::pair{0, 1}, {0, 2}, {1, 2}}) {
     const int verifier = verifier_of(a, b);
     const int other = a + b - verifier;
-    REQUIRE(team.agent(verifier).counts().at("accepted") > 0);
+    REQUIRE(team.agent(verifier).funnel().by_robot().at(other).at("accepted") > 0);
+    REQUIRE(team.agent(other).funnel().by_robot().at(verifier).at("told") ==
+            team.agent(verifier).funnel().by_robot().at(other).at("accepted"));
     REQUIRE(team.agent(other).keyframes(verifier) == 0);  // it does not even look
     REQUIRE(verifier_of(b, a) == verifier);
   }
   for (int robot = 0; robot < 3; ++robot) {
-    const auto& counts = team.agent(robot).counts();
+    const auto counts = team.agent(robot).funnel().total();
     REQUIRE(counts.at("received") == 2 * kKeyframes);
     REQUIRE(counts.at("candidate") >= counts.at("verified"));
     REQUIRE(counts.at("verified") >= counts.at("matched"));

@@ -108,7 +108,7 @@ TEST_CASE(
   const Output output = run_lcd(folder, "first", true);
   REQUIRE(output.messages.at("OUT_LCD_BAG") == 6);
   REQUIRE(output.counters.at("dropped/KEYFRAME/no_images") == 1);
-  REQUIRE(output.counters.at("funnel/accepted") == static_cast<int>(output.loops.size()));
+  REQUIRE(output.counters.at("funnel/2/accepted") == static_cast<int>(output.loops.size()));
   REQUIRE(output.loops.size() >= 1);
   int number = 0;
   for (const loop_t& loop : output.loops) {
