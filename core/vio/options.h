@@ -14,8 +14,8 @@ struct VioOptions {
   double keyframe_min_interval_s = 0.1;  // at the earliest
   double keyframe_parallax = 0.06;  // on the plane z = 1, median since the last keyframe, rotation taken out
   double keyframe_overlap = 0.6;    // share of the last keyframe's landmarks that are still seen
-  double robust_width = 1.5;        // of the Huber kernel of image coordinates, in sigmas
-  double gate = 4.0;                // sigmas beyond which an image coordinate is not used
+  double robust_width = 2.0;        // of the Huber kernel of image coordinates, in sigmas
+  double gate = 8.0;                // sigmas beyond which an image coordinate is not used
 
   // Keyframes for the team: when one of these is reached.
   double team_distance_m = 0.5;

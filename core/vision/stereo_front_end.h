@@ -29,7 +29,7 @@ namespace covey {
 
 struct FrontEndOptions {
   int tracks = 140;        // at most
-  double sigma_px = 1.0;   // of an observation's coordinate
+  double sigma_px = 0.5;   // of an observation's coordinate
   double motion_px = 2.0;  // farthest from where the still scene would be
   int refill_frames = 3;   // new corners are looked for that often
   int search_frames = 5;   // and tracks without a match searched for in the right picture

@@ -105,7 +105,9 @@ TEST_CASE("Window: sliding keeps what was known, and the window small") {
 
 TEST_CASE("Window: views that are off go, the others stay") {
   World world({.outliers = 0.15});
-  Window window(world.rig, {});
+  VioOptions options;
+  options.gate = 4.0;
+  Window window(world.rig, options);
   world.begin(window);
   for (int k = 0; k < 6; ++k) world.add(window);
   window.optimise(20);
