@@ -147,9 +147,22 @@ Eigen::VectorXd RoundUpdates::shared_residuals() const {
 void RoundUpdates::send_first(RoundMail& mail) const {
   auto m = mail.compose<dpgo_step_t>();
   // One loop without any sense must not make this message one that the others refuse: nobody would go on.
-  m.max_residual_sq = static_cast<float>(std::min(
-      std::max(largest(private_residuals()), largest(shared_residuals())), 0.5 * kLargestResidualSq));
+  m.max_residual_sq = static_cast<float>(std::min(largest_open_residual(), 0.5 * kLargestResidualSq));
   mail.send(std::move(m));
+}
+
+// Loops within a segment that its robot has just solved by them are decided but for what the others know better: they need
+// no surrogate that is convex where they are.
+double RoundUpdates::largest_open_residual() const {
+  double largest_r2 = largest(shared_residuals());
+  const Eigen::VectorXd r2 = private_residuals();
+  for (Eigen::Index e = 0; e < r2.size(); ++e) {
+    const GraphLoop& loop = problem_.graph.private_loops[e];
+    const bool decided = options_.robust && options_.local_start && loop.a.segment == loop.b.segment &&
+                         problem_.starts[problem_.segment_place(loop.a.segment)].solution == 0;
+    if (!decided) largest_r2 = std::max(largest_r2, r2[e]);
+  }
+  return largest_r2;
 }
 
 bool RoundUpdates::fits(int robot, const RoundMessage& message) {

@@ -79,6 +79,7 @@ class RoundUpdates {
   Eigen::VectorXd private_residuals() const;
   Eigen::VectorXd shared_residuals() const;
   TeamUpdate team_update() const;
+  double largest_open_residual() const;
   double first_mu() const;
   void set_weights();
   void update(dpgo_step_t& m);
