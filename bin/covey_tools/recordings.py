@@ -4,6 +4,7 @@
     CACHE/<world>-<robots>x<seconds>s-seed<K>/<key>/robot<i>.lcm    IMU, STEREO and DEPTH of a robot
                                                     truth/          poses, the world's mesh, radio contacts
     CACHE/flight-<sequence>-<seconds>s-seed<K>/<key>/...            the same of one recorded flight, without DEPTH
+    CACHE/<world>-<robots>x<seconds>s-seed<K>-keyframes/<key>/      pictures of keyframes alone, which bench_place makes
 
 The key is a hash of all that decides their bytes: the simulator and what it reads. A file appears under its name when it
 is whole, so what an interrupted run left is made again and the rest is kept. Folders of other keys, which no simulator
@@ -71,14 +72,8 @@ class _Job:
 def prepare(world, seed, data, cache):
     """The Recording of a world with sensors; what of it is not in `cache` is made, with progress on stdout."""
     simulator = _simulator()
-    arguments = ["--world", world.name, "--robots", str(world.robots), "--seconds", f"{world.seconds:g}",
-                 "--seed", str(seed), "--config", world.file]
-    reads = ""
-    if world.name.startswith("euroc"):
-        arguments += ["--data", os.path.abspath(data)]
-        reads = worlds.motion_folder(data)
-    key = _key(simulator, arguments, world.file, reads)
-    recording = _open(os.path.join(cache, f"{world.name}-{world.robots}x{world.seconds:g}s-seed{seed}"), key, world.robots, cache)
+    arguments, reads = _of_world(world, seed, data)
+    recording = _open(_family(world, seed, cache), _key(simulator, arguments, world.file, reads), world.robots, cache)
     jobs = [_Job("truth", [simulator, *arguments], "--truth", recording.truth())]
     jobs += [_Job(f"robot {robot}", [simulator, *arguments, "--robot", str(robot)], "--log", recording.log(robot))
              for robot in range(world.robots)]
@@ -94,6 +89,16 @@ def prepare(world, seed, data, cache):
         recording.lock.close()
         raise
     return recording
+
+
+@contextlib.contextmanager
+def keyframe_pictures(world, seed, data, cache):
+    """The folder for the pictures of keyframes of such a world; whoever renders them keeps them there and takes those that are there."""
+    arguments, reads = _of_world(world, seed, data)
+    recording = _open(f"{_family(world, seed, cache)}-keyframes", _key(_simulator(), arguments, world.file, reads), world.robots, cache)
+    with recording.lock:
+        _claim(recording)
+        yield recording.folder
 
 
 def prepare_flights(folders, seconds, seed, config, cache, say):
@@ -126,6 +131,19 @@ def prepare_flights(folders, seconds, seed, config, cache, say):
             recording.lock.close()
         raise
     return {folder: each for folder, each in recordings.items() if folder not in complaints}, complaints
+
+
+def _of_world(world, seed, data):
+    """The simulator's arguments, and the folder that it reads ("": none)."""
+    arguments = ["--world", world.name, "--robots", str(world.robots), "--seconds", f"{world.seconds:g}",
+                 "--seed", str(seed), "--config", world.file]
+    if not world.name.startswith("euroc"):
+        return arguments, ""
+    return [*arguments, "--data", os.path.abspath(data)], worlds.motion_folder(data)
+
+
+def _family(world, seed, cache):
+    return os.path.join(cache, f"{world.name}-{world.robots}x{world.seconds:g}s-seed{seed}")
 
 
 def _simulator():

@@ -17,7 +17,7 @@ import importlib
 
 from covey_tools.errors import InputError
 
-NAMES = ("robustness", "graphs", "vio")
+NAMES = ("robustness", "graphs", "vio", "loops")
 
 
 def load(name):
