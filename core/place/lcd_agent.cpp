@@ -54,6 +54,7 @@ const char* LcdAgent::receive(const lcd_bag_t& message, Utime now) {
   const KeyframeName name{message.from, message.segment, message.id};
   if (const char* reason = remember(name, message.utime, std::move(bag))) return reason;
   records_.emplace_back(message);
+  asks_left_.try_emplace(name.robot, options_.asked_at_once).first->second += options_.asks_per_keyframe;
   look_for(name, robot_);
   ask(now);
   return nullptr;
@@ -318,8 +319,10 @@ void LcdAgent::ask(Utime now) {
     if (candidate.similarity < options_.ask_similarity) break;
     if (features_of(name) || name.robot == robot_ || asked_.contains(name) || is_redundant(candidate))
       continue;
-    if (open[name.robot] >= options_.asked_at_once) continue;
+    double& left = asks_left_.try_emplace(name.robot, options_.asked_at_once).first->second;
+    if (open[name.robot] >= options_.asked_at_once || left < 1.0) continue;
     ++open[name.robot];
+    left -= 1.0;
     asked_[name] = {now + options_.ask_again_us, 1};
     wanted[name.robot].push_back(name);
     funnel_.count(name.robot, "asked");

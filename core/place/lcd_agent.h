@@ -42,9 +42,10 @@ struct LcdOptions {
   double least_similarity = 0.1;  // normalised
   double least_self_similarity =
       0.02;  // to the keyframe before: below that a keyframe says nothing, and is not looked for
-  double ask_similarity = 0.6;  // from here on features of other robots are asked for: 5.5 kB on the air
-  int candidates = 2;           // of one keyframe among those of one robot
-  int least_features = 50;      // a keyframe with fewer is of no use
+  double ask_similarity = 0.6;      // from here on features of other robots are asked for: 5.5 kB on the air
+  double asks_per_keyframe = 0.35;  // that was heard of another robot, on average: the most similar first
+  int candidates = 2;               // of one keyframe among those of one robot
+  int least_features = 50;          // a keyframe with fewer is of no use
   Utime recent_us = 10 * kUsPerSecond;  // own keyframes of the same segment nearer in time are no closure
   int redundant = 1;  // ids from an accepted closure, at both ends, that are not looked at any more
   double verifications_per_s = 8.0;
@@ -164,6 +165,7 @@ class LcdAgent {
   std::deque<KeyframeName> others_order_;
   std::vector<Candidate> waiting_;
   std::map<KeyframeName, Asked> asked_;
+  std::map<int, double> asks_left_;  // by other robot
   std::vector<loop_t> loops_;
   std::map<Joint, std::vector<std::pair<int, int>>> joints_;
   std::map<std::size_t, Untold> untold_;  // by index of the loop

@@ -57,6 +57,7 @@ LcdNodeOptions read_lcd_options(ConfigSection& section, const Rig& rig) {
   section.read("least_similarity", agent.least_similarity, 0.0, 1.0);
   section.read("least_self_similarity", agent.least_self_similarity, 0.0, 1.0);
   section.read("ask_similarity", agent.ask_similarity, 0.0, 10.0);
+  section.read("asks_per_keyframe", agent.asks_per_keyframe, 0.0, 100.0);
   section.read("candidates", agent.candidates, 1, 100);
   section.read("least_features", agent.least_features, 1, place::kMostFeatures);
   read_seconds(section, "recent_s", agent.recent_us, 0.0, 3600.0);

@@ -110,6 +110,10 @@ class Team {
     }
   }
 
+  void run_until_told(int robot) {
+    while (agents_.at(robot)->is_busy()) run_for(20'000);
+  }
+
   bool is_quiet() const {
     return network_.idle() && std::none_of(agents_.begin(), agents_.end(),
                                            [](const auto& each) { return each.second->is_busy(); });
@@ -206,6 +210,7 @@ TEST_CASE("on a perfect network every pair finds closures, and each is verified 
   REQUIRE(team.is_quiet());
   require_agreement(team, 3, 8);
   require_good_streams(team, 3);
+  const LcdOptions options;
   for (const auto& [a, b] : {std::pair{0, 1}, {0, 2}, {1, 2}}) {
     const int verifier = verifier_of(a, b);
     const int other = a + b - verifier;
@@ -213,6 +218,9 @@ TEST_CASE("on a perfect network every pair finds closures, and each is verified 
     REQUIRE(team.agent(other).funnel().by_robot().at(verifier).at("told") ==
             team.agent(verifier).funnel().by_robot().at(other).at("accepted"));
     REQUIRE(team.agent(other).keyframes(verifier) == 0);  // it does not even look
+    const auto& funnel = team.agent(verifier).funnel().by_robot().at(other);
+    REQUIRE(static_cast<double>(funnel.at("asked")) <=
+            options.asked_at_once + options.asks_per_keyframe * static_cast<double>(funnel.at("received")));
     REQUIRE(verifier_of(b, a) == verifier);
   }
   for (int robot = 0; robot < 3; ++robot) {
@@ -242,6 +250,7 @@ TEST_CASE("a restarted robot goes on with its closures, with and without its mem
     for (const int victim : {0, 1, 2}) {
       Team team(3, {.loss = 0.1, .delay_us = 30'000});
       team.run_for(8 * kSecond);
+      if (!with_state) team.run_until_told(victim);  // what it alone knows would be lost with it
       const auto before = team.published(victim).size();
       team.restart(victim, with_state);
       team.run_until_quiet();
