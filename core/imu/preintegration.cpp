@@ -1,12 +1,39 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/imu/preintegration.h"
 
+#include <cmath>
+
 namespace covey {
 namespace {
 
 // Of position, per second of integration, m^2 / s: what the midpoint rule misses; it also keeps the covariance of a single step, where
 // position and velocity move as one, invertible.
 constexpr double kIntegrationVariance = 1e-10;
+
+// Where samples are lost nobody knows what happened between: as if readings walked at random from one to the other. Of such a Brownian bridge the mean over dt has
+// a variance of q^2 dt / 12, and its second integral one of q^2 dt^5 / 720 where the first is known.
+constexpr double kLostStep = 2.5;      // sampling intervals: a longer step has lost samples
+constexpr double kGyroWander = 4.0;    // q, rad/s per square root of a second: a vehicle that flies briskly
+constexpr double kAccelWander = 15.0;  // m/s^2 per square root of a second
+
+bool lost_samples(const ImuNoise& noise, double dt) { return dt * noise.rate_hz > kLostStep; }
+
+Vector6d reading_variances(const ImuNoise& noise, double dt) {
+  double gyro = noise.gyro_noise * noise.gyro_noise / dt;
+  double accel = noise.accel_noise * noise.accel_noise / dt;
+  if (lost_samples(noise, dt)) {
+    gyro += kGyroWander * kGyroWander * dt / 12.0;
+    accel += kAccelWander * kAccelWander * dt / 12.0;
+  }
+  Vector6d variances;
+  variances << Eigen::Vector3d::Constant(gyro), Eigen::Vector3d::Constant(accel);
+  return variances;
+}
+
+double position_variance(const ImuNoise& noise, double dt) {
+  const double lost = lost_samples(noise, dt) ? kAccelWander * kAccelWander * std::pow(dt, 5) / 720.0 : 0.0;
+  return kIntegrationVariance * dt + lost;
+}
 
 }  // namespace
 
@@ -46,11 +73,9 @@ void Preintegration::add(const ImuSample& first, const ImuSample& second) {
   B.block<3, 3>(6, 0) = dt * a_by_gyro;
   B.block<3, 3>(6, 3) = dt * a_by_accel;
 
-  Vector6d variances;
-  variances << Eigen::Vector3d::Constant(noise_.gyro_noise * noise_.gyro_noise / dt),
-      Eigen::Vector3d::Constant(noise_.accel_noise * noise_.accel_noise / dt);
+  const Vector6d variances = reading_variances(noise_, dt);
   covariance_ = A * covariance_ * A.transpose() + B * variances.asDiagonal() * B.transpose();
-  covariance_.topLeftCorner<3, 3>().diagonal().array() += kIntegrationVariance * dt;
+  covariance_.topLeftCorner<3, 3>().diagonal().array() += position_variance(noise_, dt);
   bias_jacobian_ = A * bias_jacobian_ - B;
 
   increment_.dp += dt * increment_.dv + 0.5 * dt * dt * a;

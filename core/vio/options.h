@@ -29,7 +29,7 @@ struct VioOptions {
   double start_s = 0.7;    // of images that a segment starts from
   int min_tracks = 8;      // that agree with the map; with fewer the IMU is on its own
   double coast_s = 3.0;    // on its own for longer: a new segment
-  double imu_gap_s = 0.2;  // without samples for longer: a new segment
+  double imu_gap_s = 0.6;  // without samples for longer: a new segment
 };
 
 VioOptions read_vio_options(ConfigSection& section);

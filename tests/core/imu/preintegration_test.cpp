@@ -148,3 +148,23 @@ TEST_CASE("Propagate: errors of the start and of the IMU grow as a Monte Carlo e
   REQUIRE(nees / kTrials == Approx(9.0).margin(0.6));
   REQUIRE(predicted.diagonal().tail<3>().minCoeff() > 1e-3);
 }
+
+TEST_CASE("Preintegration: where samples are lost, the covariance says how far off the increment may be") {
+  const AnalyticMotion motion;
+  const ImuNoise noise;
+  double told = 0.0;
+  double without_loss = 0.0;
+  constexpr int kRuns = 20;
+  for (int k = 0; k < kRuns; ++k) {
+    const Utime begin = kUsPerSecond + k * 300'000;
+    auto samples = sample_imu(motion, begin, begin + 500'000, 5000);
+    const Preintegration whole(noise, {}, samples);
+    samples.erase(samples.begin() + 30, samples.begin() + 70);  // 0.2 s
+    const Preintegration torn(noise, {}, samples);
+    const Vector9d e = increment_error(torn.increment(), whole.increment());
+    told += e.dot(torn.covariance().ldlt().solve(e)) / (9.0 * kRuns);
+    without_loss += e.dot(whole.covariance().ldlt().solve(e)) / (9.0 * kRuns);
+  }
+  CHECK(told < 2.0);
+  CHECK(without_loss > 20.0);
+}
