@@ -14,18 +14,21 @@ from covey_tools.errors import Failure, InputError
 
 DESCRIPTION = """Measures what the paper's figures and tables show, with the programs of this tree, and says whether what is claimed holds.
 
-Builds first. Every run is made anew; of an earlier call nothing is kept but sensor data, in --cache."""
+Builds first. Every run is made anew, unless --resume takes over what an interrupted call had finished; of a call that came to its end
+nothing is kept but sensor data, in --cache."""
 
 EPILOG = """output, in --out
   NAME.json       {"rows": [one flat object per run], "commit", "seed", "machine"}
   NAME.md         medians, figures, and for each claim whether it holds
   NAME*.png       plots
+  NAME.runs       the runs so far, for --resume; gone when all are done
 
 exit codes: 0 done, whatever the claims came to; 1 something could not be measured (the report and stderr say what);
 2 wrong usage or input"""
 
 
-_SPECIAL = {"graph": [], "motion": None, "sequences": [], "seconds": None, "cache": recordings.DEFAULT_CACHE}  # and unset
+_SPECIAL = {"graph": [], "motion": None, "sequences": [], "seconds": None, "cache": recordings.DEFAULT_CACHE,
+            "resume": False}  # and unset
 _last_said = 0.0  # s, of a line of progress
 
 
@@ -76,6 +79,7 @@ def _parse(arguments):
     add("--seconds", type=_positive, metavar="S", help="vio: of each sequence at most (default: all); loops: of town (default 300, with --quick 45)")
     add("--cache", default=recordings.DEFAULT_CACHE, metavar="DIR", help="vio, loops: keeps sensor data, 15 MB a second, or 2 MB with loops (default out/cache)")
     add("--seed", type=int, default=1, help="the first of the seeds (default 1)")
+    add("--resume", action="store_true", help="robustness: go on where an interrupted call with the same --out and the same pgo had come to")
     add("--no-build", action="store_true", help="take what bin/build made before")
     return parser.parse_args(arguments)
 

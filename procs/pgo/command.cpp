@@ -113,6 +113,15 @@ SharedLoops shared_loops(const pgo::PoseGraph& graph, const std::vector<bool>& k
   return count;
 }
 
+// A character for each loop: 1 where it was kept.
+std::string decisions(const pgo::PoseGraph& graph, const std::vector<bool>& kept) {
+  std::string text;
+  for (std::size_t e = 0; e < graph.edges.size(); ++e) {
+    if (graph.edges[e].kind == pgo::EdgeKind::kLoop) text += kept[e] ? '1' : '0';
+  }
+  return text;
+}
+
 void write_json(const Json& json, const std::filesystem::path& file) {
   if (file.empty() || file == "-") {
     std::cout << json.dump(2) << std::endl;
@@ -163,6 +172,7 @@ void PgoCommand::add_options(CLI::App& app) {
   app.add_option(
       "--true-loops", problem_.true_loops,
       "the true loops of a g2o graph, a line with two vertex ids each: gives precision and recall");
+  app.add_flag("--decisions", decisions_, "add to a robust solver's report which loops were kept, 1 or 0 each");
   app.add_option("--json", json_, "write the report here instead of stdout");
   app.add_option("--tum", tum_, "write the poses here, pose k at k + 1 s");
 }
@@ -212,6 +222,7 @@ int PgoCommand::run() {
     const SharedLoops shared = shared_loops(graph, robust.kept);
     json["shared_loops"] = shared.all;
     json["kept_shared_loops"] = shared.kept;
+    if (decisions_) json["decisions"] = decisions(graph, robust.kept);
     if (robust.loops > 0 && robust.kept_loops == 0) {
       fmt::print(
           stderr,

@@ -23,6 +23,7 @@ class PgoCommand {
   SolverOptions solver_;
   double probability_ = 0.99;
   bool certify_ = false;
+  bool decisions_ = false;
   std::filesystem::path json_;
   std::filesystem::path tum_;
 };

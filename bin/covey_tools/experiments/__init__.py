@@ -10,7 +10,7 @@ An experiment's module offers
     report(rows, notes, folder)    Markdown about them; writes PNGs into the folder, named like the experiment
 
 options: quick (bool), data (folder), seed (int, the first of the seeds to take), out (folder), and of the special ones those that it takes:
-graph (names; only the runs on these, [] for all), motion (folder or None), sequences (names, [] for all), seconds (or None), cache (folder).
+graph (names; only the runs on these, [] for all), resume (bool), motion (folder or None), sequences (names, [] for all), seconds (or None), cache (folder).
 """
 
 import importlib

@@ -12,11 +12,12 @@ from covey_tools.experiments import cells, tables
 
 SUMMARY = "wrong loop closures: INTEL with one and three robots, sphere2500, mit, KITTI, tunnels, stata"
 PROGRAMS = ("pgo",)
-OPTIONS = ("graph",)
+OPTIONS = ("graph", "resume")
 
 _ONE_ROBOT = ("l2", "pcm", "gnc", "pcm+gnc")
 _THREE_ROBOTS = ("l2", "pcm", "gnc", "pcm+gnc", "gnc-naive", "dgnc", "pcm+dgnc", "dgnc-naive")
 _DISTRIBUTED = ("pcm+dgnc", "dgnc-naive", "elected")  # robust ones beside dgnc
+_OTHERS = ("mit", "sphere2500")
 _KITTI = (*_THREE_ROBOTS[1:], "elected")
 _KEYS = ("graph", "robots", "outliers", "seed", "probability", "barc2", "solver", "start")
 
@@ -27,7 +28,8 @@ def run(options, say):
     wanted = [cell for cell in planned if not options.graph or cell.keys["graph"] in options.graph]
     there = [cell for cell in wanted if cell.arguments[0] != "--graph" or os.path.exists(cell.arguments[1])]
     absent = sorted({cell.arguments[1] for cell in wanted if cell not in there})
-    rows, notes = cells.run(there, say)
+    rows, notes = cells.run(there, os.path.join(options.out, "robustness.runs"), options.resume, say)
+    compare_decisions(rows)
     return rows, [f"{path} is not there" for path in absent] + notes
 
 
@@ -54,12 +56,26 @@ def _planned(options):
     for barc2 in (100,) if quick else (100, 1000):
         for solver in ("gnc", "dgnc") if quick else ("pcm", "gnc", "gnc-naive", "pcm+gnc", "dgnc", "dgnc-naive", "pcm+dgnc"):
             for start in (None, "chordal", "odometry") if solver == "gnc" else (None,):  # None: the solver's own
-                found.append(_cell(["--graph", folder], graph="tunnels", robots=8, barc2=barc2, seed=options.seed, solver=solver, start=start))
+                found.append(_cell(["--graph", folder, "--decisions"], graph="tunnels", robots=8, barc2=barc2, seed=options.seed, solver=solver, start=start))
     for seed in seeds[:1 if quick else 3]:
         for solver in ("gnc", "dgnc") if quick else ("pcm", "gnc", "pcm+gnc", "dgnc"):
             found.append(_cell(["--world", "stata"], graph="stata", robots=3, seed=seed, probability=0.99, solver=solver))
     # Least squares knows no threshold, so it is asked for once per graph, not once per threshold.
     return list({tuple(cell.keys.values()): cell for cell in found}.values())
+
+
+def compare_decisions(rows):
+    """Instead of its decisions a row gets "agreement": the share of loops, where they were asked for, that it keeps or rejects as the
+    cheapest central gnc of the same graph and threshold does."""
+    best = {}
+    for row in tables.select(rows, solver="gnc"):
+        setting = (row["graph"], row["barc2"])
+        if row["decisions"] and (setting not in best or row["cost"] < best[setting]["cost"]):
+            best[setting] = row
+    decided = {setting: row["decisions"] for setting, row in best.items()}
+    for row in rows:
+        here, there = row.pop("decisions"), decided.get((row["graph"], row["barc2"]))
+        row["agreement"] = sum(map(str.__eq__, here, there)) / len(there) if here and there else None
 
 
 def _random_outliers(name, graph, robots, outliers, seed, probability, solvers):
@@ -92,9 +108,14 @@ def report(rows, notes, folder):
 
 # Claims.
 
+_AGREEMENT = {100: 0.97, 1000: 0.99}  # wanted on tunnels, by barc2
+
+
 def _verdicts(rows):
-    lines = [*_intel_verdicts(tables.select(rows, graph="intel", robots=3)), *_paper_verdicts(rows), *_kitti_verdicts(rows),
-             *_tunnels_verdicts(rows), *_stata_verdicts(rows)]
+    lines = [*_intel_verdicts(tables.select(rows, graph="intel", robots=3)), *_paper_verdicts(rows)]
+    for name in _OTHERS:
+        lines += _against_central(name, tables.select(rows, graph=name))
+    lines += [*_kitti_verdicts(rows), *_tunnels_verdicts(rows), *_stata_verdicts(rows)]
     return "## Claims\n\n" + "".join(lines) + "\nATE is in m, to the optimum without outliers where none other is named.\n"
 
 
@@ -115,12 +136,12 @@ def _worst(found):
     return f"{tables.number(value)} at {tables.percent(outliers)} outliers and threshold {tables.percent(probability)}"
 
 
-def _intel_verdicts(rows):
+def _against_central(name, rows):
     dgnc, gnc = (_by_setting(rows, solver, "ate_m") for solver in ("dgnc", "gnc"))
     if not dgnc or set(dgnc) != set(gnc):
-        return [tables.verdict("INTEL cut in three", None, "Runs of dgnc or gnc are missing.")]
+        return [tables.verdict(f"{name} cut in three", None, "Runs of dgnc or gnc are missing.")]
     excess = {key: dgnc[key] - (1.05 * gnc[key] + 1e-3) for key in dgnc}
-    lines = [tables.verdict("INTEL cut in three, each share of outliers and threshold: dgnc's ATE is at most 1.05 x central gnc's + 1 mm, medians",
+    lines = [tables.verdict(f"{name} cut in three, each share of outliers and threshold: dgnc's ATE is at most 1.05 x central gnc's + 1 mm, medians",
                             max(excess.values()) <= 0.0,
                             f"{sum(each <= 0.0 for each in excess.values())} of {len(excess)} settings; largest excess {_worst(excess)} "
                             f"(largest dgnc {_worst(dgnc)}; largest gnc {_worst(gnc)})")]
@@ -129,6 +150,14 @@ def _intel_verdicts(rows):
         apart = {key: abs(of_dgnc[key] - of_gnc[key]) for key in of_dgnc}
         lines.append(tables.verdict(f"the same: {measure} within 0.01 of central gnc's", max(apart.values()) <= 0.01,
                                     f"Largest difference {_worst(apart)}"))
+    return lines
+
+
+def _intel_verdicts(rows):
+    lines = _against_central("INTEL", rows)
+    dgnc = _by_setting(rows, "dgnc", "ate_m")
+    if not dgnc:
+        return lines
     strict = {key: value for key, value in _by_setting(rows, "dgnc", "recall").items() if key[1] == 0.99}
     lowest = min(strict, key=strict.get)
     lines.append(tables.verdict("the same at threshold 99 %: dgnc's recall is at least 0.99", strict[lowest] >= 0.99,
@@ -202,6 +231,9 @@ def _tunnels_verdicts(rows):
         lines.append(tables.verdict(f"tunnels, 8 robots, barc2 {barc2}: dgnc's robust cost is at most 1.01 x the best central gnc's", dgnc <= 1.01 * best,
                                     f"{dgnc:,.0f}, {100 * (dgnc / best - 1):+.2f} %; gnc by start: "
                                     + ", ".join(f"{start} {cost:,.0f}" for start, cost in central.items())))
+        agreement = tables.median(tables.select(some, solver="dgnc"), "agreement")
+        lines.append(tables.verdict(f"the same: at least {tables.percent(_AGREEMENT[barc2])} of its decisions are those of the best central gnc",
+                                    agreement >= _AGREEMENT[barc2], f"{100 * agreement:.2f} % of the loops"))
     return lines
 
 
@@ -260,7 +292,7 @@ def _accuracy(rows):
 
 def _other_graphs(rows):
     lines = []
-    for name in ("mit", "sphere2500"):
+    for name in _OTHERS:
         for outliers in tables.distinct(tables.select(rows, graph=name), "outliers"):
             for solver in _THREE_ROBOTS:
                 here = tables.select(rows, graph=name, outliers=outliers, solver=solver)
@@ -296,11 +328,13 @@ def _teams(rows):
         solver = row["solver"] + (f" from {row['start']}" if row["start"] else "")
         lines.append([row["graph"], row["seed"], _threshold(row), solver, f"{row['cost']:,.1f}", f"{row['kept_loops']} of {row['loops']}",
                       f"{row['kept_shared_loops']} of {row['shared_loops']}", _accuracy([row]), tables.number(row["seconds"]),
-                      "-" if row["rounds"] is None else row["rounds"], _kilobytes([row])])
+                      "-" if row["rounds"] is None else row["rounds"], _kilobytes([row]),
+                      "-" if row["agreement"] is None else f"{100 * row['agreement']:.2f} %"])
     if not lines:
         return ""
-    return "## Teams\n\n" + tables.table(["graph", "seed", "threshold", "solver", "cost", "kept", "between robots", "ATE (m), precision / recall",
-                                          "CPU s", "rounds", "kB"], lines)
+    return ("## Teams\n\nAgreement: the share of loops that are kept or rejected as the cheapest gnc does.\n\n"
+            + tables.table(["graph", "seed", "threshold", "solver", "cost", "kept", "between robots", "ATE (m), precision / recall", "CPU s",
+                            "rounds", "kB", "agreement"], lines))
 
 
 def _kilobytes(rows):

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <nlohmann/json.hpp>
 
@@ -80,7 +81,19 @@ TEST_CASE("pgo tells outliers from loops on a graph cut for a team, the same way
   CHECK(report["recall"] == 1.0);
   CHECK(report["ate_m"].get<double>() < 1e-3);
   CHECK(report["kept_loops"] == walk.graph.loops() + 2);
+  CHECK_FALSE(report.contains("decisions"));
   CHECK(report_of(arguments)["cost"] == report["cost"]);
+}
+
+TEST_CASE("pgo says of each loop whether it was kept, where that is asked for") {
+  const Walk walk = make_walk({.dimension = 2, .poses = 300});
+  const ScratchFile graph;
+  write_g2o(graph.path, walk.graph);
+  const auto report = report_of({"--graph", graph.path, "--robots", "3", "--outliers", "0.5", "--solver", "gnc", "--decisions"});
+  const std::string decisions = report["decisions"];
+  REQUIRE(static_cast<int>(decisions.size()) == report["loops"]);
+  REQUIRE(std::count(decisions.begin(), decisions.end(), '1') == report["kept_loops"]);
+  REQUIRE(std::count(decisions.begin(), decisions.end(), '0') > 0);
 }
 
 TEST_CASE("pgo runs a team of solvers in one process") {
