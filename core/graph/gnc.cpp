@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "core/graph/sparse_problem.h"
 
@@ -12,6 +13,8 @@ namespace {
 constexpr double kSmallestMu =
     1e-15;  // against overflow only: a floor that binds would reject everything at once
 constexpr int kMaxHardRounds = 20;
+constexpr double kLastMu = 3.0;
+constexpr int kEvenSteps = 6;
 
 class Gnc {
  public:
@@ -37,17 +40,29 @@ class Gnc {
     double mu = options_.mu_initial > 0.0 ? options_.mu_initial : mu_from_largest_residual();
     if (mu <= 0.0) return;  // no candidate is beyond barc enough to matter: the problem is convex already
     double last_cost = 0.0;
-    for (int round = 0; round < options_.max_rounds; ++round, mu *= options_.mu_step) {
-      const double barc_squared = options_.barc_squared;
-      set_weights([&](double squared) { return gnc_weight(squared, barc_squared, mu); });
-      const double cost = solve(options_.annealing);
-      const auto undecided = std::count_if(result_.weights.begin(), result_.weights.end(),
-                                           [](double w) { return w > 0.0 && w < 1.0; });
-      result_.rounds.push_back({mu, cost, static_cast<int>(undecided)});
+    for (int round = 0; round < options_.max_rounds && std::isfinite(mu); ++round) {
+      result_.rounds.push_back(minimise_surrogate(mu));
+      const double cost = result_.rounds.back().weighted_cost;
       const bool stands_still = round > 0 && std::abs(cost - last_cost) <=
                                                  options_.relative_cost_tolerance * std::max(cost, 1e-300);
-      if (undecided == 0 || stands_still) return;
+      if (result_.rounds.back().undecided == 0 || stands_still) return;
       last_cost = cost;
+      mu = next_mu(mu, options_.mu_step, kEvenSteps);
+    }
+  }
+
+  // Each weighing and each solve lowers it (Yang et al., eq. 12).
+  GncRound minimise_surrogate(double mu) {
+    const int most = mu < 0.99 * kMuOfDecisions ? 1 : options_.max_weighings;
+    for (int weighings = 1;; ++weighings) {
+      set_weights([&](double squared) { return gnc_weight(squared, options_.barc_squared, mu); });
+      const auto undecided = std::count_if(result_.weights.begin(), result_.weights.end(),
+                                           [](double w) { return w > 0.0 && w < 1.0; });
+      const SolveResult solved = solve(options_.annealing);
+      const double enough =
+          options_.weighing_tolerance * options_.barc_squared * static_cast<double>(undecided);
+      if (solved.initial_cost - solved.final_cost <= enough || weighings >= most)
+        return {mu, solved.final_cost, static_cast<int>(undecided)};
     }
   }
 
@@ -75,13 +90,13 @@ class Gnc {
     }
   }
 
-  double solve(const SolveOptions& options) {
-    const SolveResult solved = problem_.solve(options);
+  SolveResult solve(const SolveOptions& options) {
+    SolveResult solved = problem_.solve(options);
     result_.iterations += solved.iterations;
     result_.converged = solved.converged;
     result_.message = solved.message;
     measure();
-    return solved.final_cost;
+    return solved;
   }
 
   void measure() {
@@ -112,6 +127,12 @@ double gnc_weight(double squared, double barc_squared, double mu) {
   if (squared >= (mu + 1.0) / mu * barc_squared) return 0.0;
   if (squared <= mu / (mu + 1.0) * barc_squared) return 1.0;
   return std::sqrt(barc_squared * mu * (mu + 1.0) / squared) - mu;
+}
+
+double next_mu(double mu, double early_step, int even_steps) {
+  if (mu < 0.99 * kMuOfDecisions) return std::min(mu * early_step, kMuOfDecisions);
+  if (mu > 0.99 * kLastMu) return std::numeric_limits<double>::infinity();
+  return mu * std::pow(kLastMu / kMuOfDecisions, 1.0 / even_steps);
 }
 
 GncResult solve_gnc(const Graph& graph, Values& values, const GncOptions& options) {

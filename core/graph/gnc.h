@@ -11,8 +11,10 @@
 //   w = 0 if r^2 >= (mu + 1) / mu barc^2,  1 if r^2 <= mu / (mu + 1) barc^2,  else barc sqrt(mu (mu + 1)) /
 //   |r| - mu
 //
-// mu starts from the largest residual of the candidates, mu_0 = barc^2 / (2 r_max^2 - barc^2), and grows by
-// mu_step per round until the weights are binary or the cost stands still. Then hard rounds (w = 1 where r^2
+// mu starts from the largest residual of the candidates, mu_0 = barc^2 / (2 r_max^2 - barc^2), and grows until the
+// weights are binary or the cost stands still. From kMuOfDecisions on weights and values are found in turns at each mu until
+// they agree, which minimises that mu's surrogate of the truncated cost: only then may mu grow by large steps. Before, one
+// weighing has to do: all candidates pull there, and the minimum is bent by the wrong ones, however good the start. Then hard rounds (w = 1 where r^2
 // <= barc^2, solve) run until the choice repeats; each can only lower the truncated cost. r^2 is the factor's
 // |whitened residual|^2, without 1/2 and before any robust kernel. Factors that are not candidates keep
 // weight 1: they must hold the graph together. Source: Yang, Antonante, Tzoumas, Carlone, "Graduated
@@ -28,12 +30,16 @@ namespace covey::graph {
 struct GncOptions {
   std::vector<FactorId> candidates;  // the factors that may be outliers
   double barc_squared =
-      16.81;  // the largest r^2 of an inlier; chi^2 quantile, here 99 % of 6 degrees of freedom
-  double mu_step = 1.4;
+      16.81;                // the largest r^2 of an inlier; chi^2 quantile, here 99 % of 6 degrees of freedom
+  double mu_step = 1.4;     // before kMuOfDecisions; then six even steps
   double mu_initial = 0.0;  // 0: from the largest residual
   bool solve_before_weighting =
       false;  // true: solve with all weights 1 first. Better left out when the start is good
   int max_rounds = 100;
+  int max_weighings = 40;  // per round, from kMuOfDecisions on
+  // A mu's surrogate is minimised when a solve lowers it by less than this part of barc_squared for each candidate that is
+  // undecided.
+  double weighing_tolerance = 1e-5;
   double relative_cost_tolerance = 1e-5;
   SolveOptions annealing{.max_iterations = 3, .relative_cost_tolerance = 1e-2};  // the solves while mu grows
   SolveOptions last;                                                             // the hard rounds
@@ -60,5 +66,11 @@ GncResult solve_gnc(const Graph& graph, Values& values, const GncOptions& option
 
 // The weight of the formula above.
 double gnc_weight(double squared, double barc_squared, double mu);
+
+// Where what is beyond 144 barc_squared has weight 0.
+constexpr double kMuOfDecisions = 0.007;
+
+// The mu after this one on the way to binary weights (infinite): by early_step to kMuOfDecisions, then to 3 in so many even steps.
+double next_mu(double mu, double early_step, int even_steps);
 
 }  // namespace covey::graph

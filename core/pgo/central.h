@@ -32,7 +32,7 @@ CentralResult solve_least_squares(const PoseGraph& graph, const Poses& start,
 struct RobustOptions {
   double barc2 =
       0.0;  // threshold of r^2; chi_square_quantile(probability, pose_degrees_of_freedom(dimension))
-  double mu_step = 1.4;  // growth of mu per round
+  double mu_step = 1.4;  // growth of mu per round, as long as it is small
 };
 CentralResult solve_robust(const PoseGraph& graph, const Poses& start, const RobustOptions& options);
 

@@ -29,21 +29,22 @@ struct DgncOptions {
   int rounds = 10;          // stages until weights are binary, with mu_step 0
   double mu_step = 0.0;     // factor of mu between stages; 0: as it takes for `rounds`. The paper's is 1.4
   double mu_max = 30.0;     // beyond, weights are made binary
-  int updates = 15;         // per stage, at most (T of the paper)
+  int updates = 60;         // per stage, at most (T of the paper, 15 there)
   int final_updates = 100;  // per stage with binary weights, at most
   int final_stages = 4;     // at most: the last ones only follow loops that changed sides
   int max_updates = 2000;   // without robustness
   int total_updates = 0;  // the round ends where it is after so many; 0: no limit. The paper's early stop: 50
 
-  // A stage ends early when an update lowers the team's cost by less than this part of it.
-  double tolerance = 3e-4;
-  double final_tolerance = 1e-9;  // the same when weights are binary and no loop has changed sides
-  int look_back = 8;              // updates that Anderson's acceleration combines the newest with
+  // A stage ends early when an update lowers the team's cost by less than this part of barc2 for each loop that is undecided.
+  double tolerance = 1e-5;
+  double final_tolerance =
+      1e-9;  // with binary weights and no loop that has changed sides, and without robustness: part of the cost
+  int look_back = 8;  // updates that Anderson's acceleration combines the newest with
 
   AlignmentOptions alignment{.min_inliers = 1};
   bool local_start = true;  // segments that come from odometry alone are first solved by their own loops
   double rounding =
-      0.01;  // of the poses that are sent: what it may cost, as a part of what an update gains; a tenth in the end
+      0.001;  // of the poses that are sent: what it may cost, as a part of what an update gains; a tenth in the end
   BlockSolverOptions block{.max_outer = 1, .max_inner = 20};  // more per update costs time and gains nothing
 };
 

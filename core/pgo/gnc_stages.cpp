@@ -5,23 +5,22 @@
 #include <cmath>
 #include <limits>
 
+#include "core/graph/gnc.h"
 #include "core/pgo/tls.h"
 
 namespace covey::pgo {
 namespace {
 
-// Loops beyond 150 barc^2 are told from the rest by two leaps of mu; those nearer want steps of about two. DECISIONS.md has
-// both measured.
-constexpr double kMuOfSmallSteps = 0.007;
-constexpr double kLastMu = 1.0;
-constexpr double kSmallestStep = 1.4;
+constexpr double kSmallestLeap = 1.4;
 
 }  // namespace
 
 bool GncStages::converged(const TeamUpdate& team) const {
-  // Before another choice of sides there is no need to be exact.
   const bool last = final_ && (team.undecided == 0 || final_stages_ >= options_.final_stages);
-  return team.decrease <= (last ? options_.final_tolerance : options_.tolerance) * team.cost;
+  if (last || !options_.robust) return team.decrease <= options_.final_tolerance * team.cost;
+  // How exact a stage has to be, the loops say that its end may still decide.
+  return team.decrease <= options_.tolerance * options_.barc2 * static_cast<double>(team.undecided) ||
+         team.undecided == 0;
 }
 
 bool GncStages::used_up() const { return options_.total_updates > 0 && updates_ >= options_.total_updates; }
@@ -41,7 +40,7 @@ bool GncStages::begin(const TeamUpdate& team, double first_mu) {
     mu_ = std::numeric_limits<double>::infinity();
   } else if (!begun_) {
     mu_ = std::min(first_mu, 2.0 * options_.mu_max);
-    leap_ = std::max(std::sqrt(kMuOfSmallSteps / mu_), kSmallestStep);
+    leap_ = std::max(std::sqrt(graph::kMuOfDecisions / mu_), kSmallestLeap);
     final_ = mu_ > options_.mu_max;
   } else if (!final_) {
     mu_ = next_mu();
@@ -56,14 +55,21 @@ bool GncStages::begin(const TeamUpdate& team, double first_mu) {
 
 double GncStages::next_mu() const {
   if (options_.mu_step > 0.0) return mu_ * options_.mu_step;
-  if (mu_ < 0.99 * kMuOfSmallSteps) return std::min(mu_ * leap_, kMuOfSmallSteps);
-  // The first stage, two leaps and the final stage are not of these.
-  const double step = std::pow(kLastMu / kMuOfSmallSteps, 1.0 / std::max(1, options_.rounds - 4));
-  return mu_ > 0.99 * kLastMu ? 2.0 * options_.mu_max : std::max(step, kSmallestStep) * mu_;
+  // The first stage, two leaps and the first binary one are not of the even steps.
+  return std::min(graph::next_mu(mu_, leap_, std::max(1, options_.rounds - 4)), 2.0 * options_.mu_max);
+}
+
+bool GncStages::weighs() const {
+  return stage_updates_ == 0 || (!final_ && mu_ >= 0.99 * graph::kMuOfDecisions);
 }
 
 double GncStages::weight(double r2) const {
   return final_ ? (r2 < options_.barc2 ? 1.0 : 0.0) : tls_weight(r2, options_.barc2, mu_);
+}
+
+// Phi of Black and Rangarajan's duality (Yang et al., RA-L 2020, eq. 13).
+double GncStages::penalty(double weight) const {
+  return final_ ? 0.0 : mu_ * (1.0 - weight) / (mu_ + weight) * options_.barc2;
 }
 
 double GncStages::rejection() const { return final_ ? options_.barc2 : (mu_ + 1.0) / mu_ * options_.barc2; }

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-// The stages of graduated non-convexity in a round: within one, weights stand and poses are updated; between two, mu grows and
-// loops are weighed anew (Kimera-Multi, T-RO 2022, eq. 14), until weights are binary and none changes sides any more. All
-// members go by the sums of what all have said, so all end the same stage after the same update.
+// The stages of graduated non-convexity in a round: each minimises the surrogate of one mu of the schedule in core/graph/gnc.h,
+// until weights are binary and none changes sides any more (Kimera-Multi, T-RO 2022, eq. 14). As there, loops are weighed anew
+// before each update once mu says that decisions are made; earlier, and with binary weights, once a stage. All members go by
+// the sums of what all have said, so all end the same stage after the same update.
 
 #include <cstdint>
 
@@ -12,7 +13,7 @@
 namespace covey::pgo {
 
 struct TeamUpdate {            // sums over the members
-  double cost = 0.0;           // before their last update
+  double cost = 0.0;           // before their last update, with what the weights add
   double decrease = 0.0;       // by it
   std::int64_t undecided = 0;  // loops
   double gradient_sq = 0.0;    // of the gradient's norm, before that update
@@ -30,8 +31,11 @@ class GncStages {
     ++updates_;
   }
 
+  bool weighs() const;             // before the update that comes
   double weight(double r2) const;  // in [0, 1]
-  double rejection() const;        // the smallest r2 of weight 0
+  double penalty(
+      double weight) const;  // what it adds to the surrogate; 0 in the last stages, where it is constant
+  double rejection() const;  // the smallest r2 of weight 0
   // Whether a loop keeps the round going: it is between the sides, or, with binary weights, has just changed sides.
   bool undecided(double weight, double weight_before) const;
 
@@ -47,7 +51,7 @@ class GncStages {
 
   DgncOptions options_;
   double mu_ = 0.0;
-  double leap_ = 0.0;  // factor of mu while it is small
+  double leap_ = 0.0;  // factor of mu before kMuOfDecisions
   bool begun_ = false;
   bool final_ = false;  // binary weights
   int final_stages_ = 0;

@@ -26,7 +26,7 @@ struct MeasuredNoise {
 struct MeasuredOptions {
   NoiseOptions noise{};
   double barc2 = 16.812;        // of the squared Mahalanobis residual
-  double mu_step = 1.4;         // growth of mu per round
+  double mu_step = 1.4;         // growth of mu per round, as long as it is small
   double odometry_floor = 0.1;  // part of the floor that odometry has in the end
   // Flat index of the pose that stays where the start has it. Where its direction of gravity is known all directions count, the
   // start says which way they point in its frame, and the pose keeps its place and yaw alone.

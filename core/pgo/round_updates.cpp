@@ -18,7 +18,7 @@ constexpr double kRounding = 1e-6;        // of costs as they are said
 constexpr double kShortestSum = 0.1;      // of quaternions, to be one
 constexpr double kBetweenSegments = 1e6;  // keyframes
 constexpr double kLastPart = 0.1;         // of what rounding may cost, when weights are binary
-constexpr double kMostUnits = 16.0;       // to a root mean square of what is to be said
+constexpr double kMostUnits = 256.0;      // to a root mean square of what is to be said
 
 Lifted lift_all(const std::vector<SE3>& poses) {
   Lifted X(kRank, 4 * static_cast<Eigen::Index>(poses.size()));
@@ -126,19 +126,18 @@ RoundUpdates::RoundUpdates(const AgreedProblem& problem, const DgncOptions& opti
                                           options.block);
 }
 
-Eigen::VectorXd RoundUpdates::private_residuals() const {
-  return solver_->edge_residuals(results_.front()).tail(private_weights_.size());
+Eigen::VectorXd RoundUpdates::private_residuals(const Lifted& X) const {
+  return solver_->edge_residuals(X).tail(private_weights_.size());
 }
 
-// From the poses as sent, which both ends know.
+// Where the update begins, from poses as sent, which both ends know.
 Eigen::VectorXd RoundUpdates::shared_residuals() const {
   Eigen::VectorXd r2(shared_weights_.size());
   for (std::size_t e = 0; e < problem_.ends.size(); ++e) {
     const SharedLoop& end = problem_.ends[e];
     const SharedEdge& edge = solver_->shared()[e];
-    const Lifted difference =
-        my_side(edge, lift(members_.at(problem_.robot()).results.front()[end.my_place], kRank)) -
-        other_side(edge, lift(members_.at(end.peer).results.front()[end.peer_place], kRank));
+    const Lifted difference = my_side(edge, lift(members_.at(problem_.robot()).ahead[end.my_place], kRank)) -
+                              other_side(edge, lift(members_.at(end.peer).ahead[end.peer_place], kRank));
     r2[static_cast<Eigen::Index>(e)] = weighted_square(difference, edge.kappa, edge.tau);
   }
   return r2;
@@ -155,7 +154,7 @@ void RoundUpdates::send_first(RoundMail& mail) const {
 // no surrogate that is convex where they are.
 double RoundUpdates::largest_open_residual() const {
   double largest_r2 = largest(shared_residuals());
-  const Eigen::VectorXd r2 = private_residuals();
+  const Eigen::VectorXd r2 = private_residuals(results_.front());
   for (Eigen::Index e = 0; e < r2.size(); ++e) {
     const GraphLoop& loop = problem_.graph.private_loops[e];
     const bool decided = options_.robust && options_.local_start && loop.a.segment == loop.b.segment &&
@@ -197,7 +196,6 @@ bool RoundUpdates::advance(RoundMail& mail) {
     if (updates_ > 0) note_stage(team, mail.bytes());
     if (!stages_.begin(team, first_mu())) return false;
     begin_anew();
-    set_weights();
   } else if (!worse) {
     accelerate(team);
   }
@@ -221,16 +219,18 @@ double RoundUpdates::first_mu() const {
   return left_at > 0.0 ? left_at : tls_first_mu(max_r2, options_.barc2);
 }
 
-void RoundUpdates::set_weights() {
+void RoundUpdates::set_weights(const Lifted& X) {
   undecided_ = 0;
+  penalty_ = 0.0;
   const auto weigh = [&](const GraphLoop& loop, bool owned, double r2, double& weight) {
     if (loop.known_inlier) return;
     const double next = stages_.weight(r2);
     if (owned && stages_.undecided(next, weight)) ++undecided_;
+    if (owned) penalty_ += stages_.penalty(next);
     weight = next;
   };
   if (options_.robust) {
-    const Eigen::VectorXd private_r2 = private_residuals();
+    const Eigen::VectorXd private_r2 = private_residuals(X);
     for (Eigen::Index e = 0; e < private_r2.size(); ++e)
       weigh(problem_.graph.private_loops[e], true, private_r2[e], private_weights_[e]);
     const Eigen::VectorXd shared_r2 = shared_residuals();
@@ -290,13 +290,14 @@ void RoundUpdates::note_stage(const TeamUpdate& team, std::int64_t bytes_sent) {
 void RoundUpdates::update(dpgo_step_t& m) {
   const std::vector<double> blend = anderson_.coefficients();
   for (auto& [robot, member] : members_) member.ahead = combination(member.results, blend);
-  const Lifted fixed = targets();
   Lifted X = results_.front();
   if (blend.size() > 1) X = retract(X, combination(results_, blend) - X);
+  if (stages_.weighs()) set_weights(X);
+  const Lifted fixed = targets();
   Step step{X, solver_->riemannian_gradient(fixed, X)};
   const BlockStep solved = solver_->minimise(fixed, X);
   step.moved = X - step.moved;
-  m.cost = static_cast<float>(solved.cost_before);
+  m.cost = static_cast<float>(solved.cost_before + penalty_);
   m.decrease = static_cast<float>(solved.cost_before - solved.cost_after);
   m.gradient_sq = static_cast<float>(solved.gradient_before * solved.gradient_before);
   m.undecided = undecided_;

@@ -17,7 +17,8 @@
 // update before is taken back by all, and the combinations begun anew.
 //
 // Weights. Both ends of a shared loop know both poses as they were sent, so both compute the same weight (paper, eq. 14)
-// and no message is spent on it; the lower robot owns the loop where loops are counted.
+// and no message is spent on it; the lower robot owns the loop where loops are counted. They are computed where an update begins
+// (gnc_stages.h says when), and what they add to the surrogate counts as cost, which falls with every weighing and every update.
 //
 // Poses travel as steps from where the combination has the public keyframes, which all know (pose_steps.h), in units whose
 // rounding costs the team a small part of what the update gains. One whose loops are all rejected travels only when it has moved so far that one of them
@@ -76,12 +77,12 @@ class RoundUpdates {
     Lifted gradient;  // there
   };
 
-  Eigen::VectorXd private_residuals() const;
+  Eigen::VectorXd private_residuals(const Lifted& X) const;
   Eigen::VectorXd shared_residuals() const;
   TeamUpdate team_update() const;
   double largest_open_residual() const;
   double first_mu() const;
-  void set_weights();
+  void set_weights(const Lifted& X);
   void update(dpgo_step_t& m);
   Lifted targets() const;
   void begin_anew();
@@ -106,6 +107,7 @@ class RoundUpdates {
   Anderson anderson_;
   double cost_ = std::numeric_limits<double>::infinity();  // of the team, before the update before the last
   int undecided_ = 0;
+  double penalty_ = 0.0;  // what the weights of own loops add to the surrogate
   int updates_ = 0;
   std::vector<StageResult> stage_results_;
 };

@@ -172,7 +172,8 @@ void PgoCommand::add_options(CLI::App& app) {
   app.add_option(
       "--true-loops", problem_.true_loops,
       "the true loops of a g2o graph, a line with two vertex ids each: gives precision and recall");
-  app.add_flag("--decisions", decisions_, "add to a robust solver's report which loops were kept, 1 or 0 each");
+  app.add_flag("--decisions", decisions_,
+               "add to a robust solver's report which loops were kept, 1 or 0 each");
   app.add_option("--json", json_, "write the report here instead of stdout");
   app.add_option("--tum", tum_, "write the poses here, pose k at k + 1 s");
 }

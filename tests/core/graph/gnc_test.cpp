@@ -2,6 +2,7 @@
 #include "core/graph/gnc.h"
 
 #include <catch2/catch.hpp>
+#include <cmath>
 
 #include "tests/core/graph/worlds.h"
 
@@ -108,6 +109,31 @@ TEST_CASE("GNC: loops a hundred thousand sigmas off at the start are not rejecte
   REQUIRE(result.inliers == 5);
   REQUIRE(result.weights.back() == 0.0);
   REQUIRE(values.get<SE2>({'x', 20}).translation.x() == Approx(20.0).epsilon(1e-6));
+}
+
+TEST_CASE("GNC: mu grows by its step until decisions are made, then by even steps, then weights are binary") {
+  REQUIRE(next_mu(1e-4, 1.4, 6) == Approx(1.4e-4));
+  REQUIRE(next_mu(0.9 * kMuOfDecisions, 1.4, 6) == kMuOfDecisions);
+  double mu = kMuOfDecisions;
+  for (int k = 0; k < 6; ++k) mu = next_mu(mu, 1.4, 6);
+  REQUIRE(mu == Approx(3.0));
+  REQUIRE(std::isinf(next_mu(mu, 1.4, 6)));
+}
+
+TEST_CASE("GNC: where decisions are made each round goes on until weights and values agree") {
+  const auto world = make_ring(20, 1);
+  GncOptions options;
+  options.candidates = world.loops;
+  options.mu_initial = kMuOfDecisions;
+  options.max_rounds = 1;
+  options.max_weighings = 1;
+  Values once = world.start;
+  const GncResult first = solve_gnc(world.graph, once, options);
+  options.max_weighings = 100;
+  Values until_settled = world.start;
+  const GncResult settled = solve_gnc(world.graph, until_settled, options);
+  REQUIRE(settled.rounds.size() == 1);
+  REQUIRE(settled.iterations > first.iterations);
 }
 
 TEST_CASE("GNC: when everything is rejected it says so") {

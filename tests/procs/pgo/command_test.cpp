@@ -89,7 +89,8 @@ TEST_CASE("pgo says of each loop whether it was kept, where that is asked for") 
   const Walk walk = make_walk({.dimension = 2, .poses = 300});
   const ScratchFile graph;
   write_g2o(graph.path, walk.graph);
-  const auto report = report_of({"--graph", graph.path, "--robots", "3", "--outliers", "0.5", "--solver", "gnc", "--decisions"});
+  const auto report = report_of(
+      {"--graph", graph.path, "--robots", "3", "--outliers", "0.5", "--solver", "gnc", "--decisions"});
   const std::string decisions = report["decisions"];
   REQUIRE(static_cast<int>(decisions.size()) == report["loops"]);
   REQUIRE(std::count(decisions.begin(), decisions.end(), '1') == report["kept_loops"]);
