@@ -46,7 +46,7 @@ def _planned(options):
     for name, solvers in (("mit", _THREE_ROBOTS),) if quick else (("mit", _THREE_ROBOTS), ("sphere2500", ("gnc", "pcm+gnc", "dgnc"))):
         graph = os.path.join(options.data, "pose_graphs", f"{name}.g2o")
         for outliers in (0.3, 0.7):
-            for seed in seeds[:3]:
+            for seed in seeds:
                 found += _random_outliers(name, graph, 3, outliers, seed, 0.99, solvers)
     for sequence in ("06",) if quick else ("00", "05", "06"):
         for alpha in ("0.00", "0.30") if quick else ("0.00", "0.10", "0.20", "0.30"):
