@@ -57,7 +57,7 @@ def _check(options, experiment):
     for option, unset in _SPECIAL.items():
         if getattr(options, option) != unset and option not in experiment.OPTIONS:
             takers = [name for name in experiments.NAMES if option in experiments.load(name).OPTIONS]
-            raise InputError(f"--{option} is for {' and '.join(takers)}, not for {options.name}")
+            raise InputError(f"--{option} is for {', '.join(takers)}, not for {options.name}")
     if not options.motion and not os.path.isdir(options.data):
         raise InputError(f"--data {options.data}: no such folder; expected one with pose_graphs/, kitti_loops/ and euroc/")
 

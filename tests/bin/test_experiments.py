@@ -274,7 +274,7 @@ class Vio(Folder, unittest.TestCase):
                                     (["--motion", self.path("empty")], "no flight in it"),
                                     ([], "euroc/motion: no such folder"),
                                     (["--motion", self.path("flights"), "--sequences", "V9"], "V9: no such sequence; there are circle"),
-                                    (["--graph", "intel"], "--graph is for robustness and graphs, not for vio"),
+                                    (["--graph", "intel"], "--graph is for robustness, graphs"),
                                     (["--seconds", "0"], "not a number from 2 on")):
             done = self.run_vio(*arguments)
             self.assertEqual((done.returncode, done.stdout), (2, ""), arguments)
