@@ -53,6 +53,7 @@ struct AgreedProblem {
   std::map<int, OpenedMember> members;  // of the whole round
   GraphSnapshot graph;                  // own; without the shared loops that only one end knows
   std::vector<SegmentStart> starts;     // own, by segment
+  bool bent = false;                    // starts are where others' loops have moved them (coarse_graph.h)
   std::vector<SharedLoop> ends;         // the loops with others of the part
   std::vector<int> offsets;             // of each own segment's first pose among all own poses
   std::vector<int> public_index;        // of each own public keyframe among all own poses

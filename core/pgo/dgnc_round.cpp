@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/base/error.h"
+#include "core/pgo/coarse_graph.h"
 #include "core/pgo/elected_exchange.h"
 #include "core/pgo/round_mail.h"
 #include "core/pgo/round_opening.h"
@@ -29,6 +30,19 @@ ElectedOptions elected_options(const DgncOptions& options) {
   return elected;
 }
 
+CoarseOptions coarse_options(const DgncOptions& options) {
+  CoarseOptions coarse;
+  coarse.barc2 = options.barc2;
+  coarse.alignment = options.alignment;
+  return coarse;
+}
+
+ElectedOptions coarse_elected_options(const DgncOptions& options) {
+  ElectedOptions elected = elected_options(options);
+  elected.packing = {options.alignment.dimension, false};
+  return elected;
+}
+
 }  // namespace
 
 struct DgncRound::State {
@@ -49,8 +63,11 @@ struct DgncRound::State {
       return;
     }
     if (exchange) {
-      if (!exchange->advance(mail)) finish_exchange();
-      return;
+      if (exchange->advance(mail)) return;
+      if (!coarse) return finish_exchange();
+      bend_starts(exchange->poses(), coarse_options(options), opening.problem());
+      exchange.reset();
+      return begin_updates();
     }
     opening.advance(mail);
     if (!opening.done()) return;
@@ -60,6 +77,16 @@ struct DgncRound::State {
       exchange->send_first(mail);
       return;
     }
+    if (options.robust && wants_bending(opening.problem(), coarse_options(options))) {
+      coarse.emplace(coarse_problem(opening.problem(), coarse_options(options)));
+      exchange.emplace(*coarse, coarse_elected_options(options), true);
+      exchange->send_first(mail);
+      return;
+    }
+    begin_updates();
+  }
+
+  void begin_updates() {
     updates.emplace(opening.problem(), options);
     updates->send_first(mail);
   }
@@ -84,8 +111,9 @@ struct DgncRound::State {
   DgncOptions options;
   RoundMail mail;
   RoundOpening opening;
+  std::optional<AgreedProblem> coarse;  // is solved first, for all, by the exchange
   std::optional<RoundUpdates> updates;
-  std::optional<ElectedExchange> exchange;  // in their place
+  std::optional<ElectedExchange> exchange;  // in their place, or before them
   bool done = false;
   RoundResult result;
 };

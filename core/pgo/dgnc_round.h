@@ -16,8 +16,10 @@
 //   1 start      my public keyframes (ends of shared loops, and the first of each segment), in the frame of my start
 //   2 alignment  of each pair of segments the lower one's robot averages the loops between them (paper, eq. 5);
 //                then everybody grows the same spanning tree from the lowest robot, which puts all starts in one frame
-//   3 update 0   only the largest residual of my loops: all take mu_0 from the team's largest
-//   4 ... updates of the poses, in stages of at most T between which weights and mu change
+//   3 part, 4 poses   where all start from odometry in the plane: a coarse pose graph of the team, and its solution by the anchor, to
+//                which all bend their starts (coarse_graph.h, elected_exchange.h)
+//   5 update 0   only the largest residual of my loops: all take mu_0 from the team's largest
+//   6 ... updates of the poses, in stages of at most T between which weights and mu change
 //
 // The opening is round_opening.h, the updates and their mathematics round_updates.h, the mail round_mail.h.
 //

@@ -24,8 +24,8 @@ T addressed(const RoundMail& mail, T content) {
 
 }  // namespace
 
-ElectedExchange::ElectedExchange(const AgreedProblem& problem, const ElectedOptions& options)
-    : problem_(problem), options_(options) {
+ElectedExchange::ElectedExchange(const AgreedProblem& problem, const ElectedOptions& options, bool for_all)
+    : problem_(problem), options_(options), for_all_(for_all) {
   for (const int robot : problem.part) names_[robot] = problem.members.at(robot).join.segments;
 }
 
@@ -66,7 +66,7 @@ bool ElectedExchange::advance(RoundMail& mail) {
     Gathered gathered = solve_parts(parts, options_);
     iterations_ = gathered.iterations;
     poses_ = std::move(gathered.poses);
-    answer = without_own(poses_);
+    answer = for_all_ ? poses_ : without_own(poses_);
   }
   mail.send(addressed(mail, std::move(answer)));
   return true;

@@ -19,16 +19,17 @@ namespace covey::pgo {
 
 class ElectedExchange {
  public:
-  // Of the problem: the part, the members' joins, the own graph and its warnings.
-  ElectedExchange(const AgreedProblem& problem, const ElectedOptions& options);
+  // Of the problem: the part, the members' joins, the own graph and its warnings. for_all: everybody gets everybody's poses.
+  ElectedExchange(const AgreedProblem& problem, const ElectedOptions& options, bool for_all = false);
 
   void send_first(RoundMail& mail) const;
   bool fits(int robot, const RoundMessage& message) const;
   // With all messages of mail.number() there: sends the next one; false when the round is over instead.
   bool advance(RoundMail& mail);
 
-  int iterations() const { return iterations_; }  // of the solver; of the elected alone
-  RoundResult result() const;                     // when it is over; all but bytes
+  int iterations() const { return iterations_; }        // of the solver; of the elected alone
+  const dpgo_poses_t& poses() const { return poses_; }  // when it is over
+  RoundResult result() const;                           // when it is over; all but bytes
 
  private:
   int elected() const { return problem_.part.front(); }
@@ -36,6 +37,7 @@ class ElectedExchange {
 
   const AgreedProblem& problem_;
   ElectedOptions options_;
+  bool for_all_;
   SegmentNames names_;
   bool parts_are_there_ = false;
   int iterations_ = 0;

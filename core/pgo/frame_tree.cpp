@@ -25,6 +25,19 @@ constexpr double kLogOdds = 2.0;
 
 constexpr std::size_t kMostOfPair = 64;
 
+// Of two positions around a cycle through both frames.
+double translation_sigma(const FrameExtent& a, const FrameExtent& b) {
+  return kTranslationSigma + 2.0 * kDrift * (a.way + b.way);
+}
+
+bool alike(double angle, double distance, double translation_sigma) {
+  const double in_rotation = angle / kRotationSigma;
+  const double in_translation = distance / translation_sigma;
+  return in_rotation * in_rotation + in_translation * in_translation < kFarthest2;
+}
+
+double angle_between(const SE3& T, const SE3& U) { return (T.rotation.inverse() * U.rotation).log().norm(); }
+
 struct Hypothesis {
   SE3 T_A_B;
   double inliers;
@@ -34,7 +47,7 @@ struct Hypothesis {
 class PairHypotheses {
  public:
   PairHypotheses(const FrameExtent& a, const FrameExtent& b)
-      : centre_(b.centre), translation_sigma_(kTranslationSigma + 2.0 * kDrift * (a.way + b.way)) {}
+      : centre_(b.centre), translation_sigma_(translation_sigma(a, b)) {}
 
   void add(const SE3& T_A_B, const AlignmentResult& alignment) {
     if (hypotheses_.size() >= kMostOfPair) return;
@@ -92,9 +105,7 @@ class PairHypotheses {
   double inliers(std::size_t i) const { return hypotheses_[i].inliers; }
 
   bool agree(const SE3& T, const SE3& U) const {
-    const double angle = (T.rotation.inverse() * U.rotation).log().norm() / kRotationSigma;
-    const double distance = (T * centre_ - U * centre_).norm() / translation_sigma_;
-    return angle * angle + distance * distance < kFarthest2;
+    return alike(angle_between(T, U), (T * centre_ - U * centre_).norm(), translation_sigma_);
   }
 
   static double chance(double agreeing_pairs, double loops) {
@@ -201,6 +212,12 @@ FrameExtent extent_of(const std::vector<SE3>& poses) {
     if (k > 0) extent.way += (poses[k].translation - poses[k - 1].translation).norm();
   }
   return extent;
+}
+
+// Twice as far as elsewhere: what is left out here is not asked any more.
+bool explained_by_drift(const SE3& T, const SE3& U, const FrameExtent& a, const FrameExtent& b) {
+  return alike(0.5 * angle_between(T, U), 0.5 * (T.translation - U.translation).norm(),
+               translation_sigma(a, b));
 }
 
 Frames spanning_tree(const std::vector<PairAlignment>& alignments, const std::vector<FrameExtent>& extents,

@@ -32,6 +32,9 @@ struct FrameExtent {
 };
 FrameExtent extent_of(const std::vector<SE3>& poses);
 
+// Whether drift around a cycle through two frames can make such a difference of two relative poses between their keyframes.
+bool explained_by_drift(const SE3& T, const SE3& U, const FrameExtent& a, const FrameExtent& b);
+
 struct Frames {
   std::vector<std::optional<SE3>> T_W_O;   // per frame; W is the anchor's; nothing for who is not connected
   std::vector<std::pair<int, int>> edges;  // of the tree, as (parent, child), in the order in which it grew

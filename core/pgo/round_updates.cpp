@@ -14,6 +14,7 @@ namespace {
 
 // Nothing leaves the rotations that rounds start from for a higher rank: their gradient has no part there.
 constexpr int kRank = 3;
+constexpr double kBeyondSense = 1e12;     // of a squared residual: kilometres in millimetres
 constexpr double kRounding = 1e-6;        // of costs as they are said
 constexpr double kShortestSum = 0.1;      // of quaternions, to be one
 constexpr double kBetweenSegments = 1e6;  // keyframes
@@ -145,19 +146,21 @@ Eigen::VectorXd RoundUpdates::shared_residuals() const {
 
 void RoundUpdates::send_first(RoundMail& mail) const {
   auto m = mail.compose<dpgo_step_t>();
-  // One loop without any sense must not make this message one that the others refuse: nobody would go on.
-  m.max_residual_sq = static_cast<float>(std::min(largest_open_residual(), 0.5 * kLargestResidualSq));
+  // One loop without any sense must not make this message one that the others refuse, nor mu so small that no loop weighs
+  // anything and robots float.
+  m.max_residual_sq = static_cast<float>(std::min(largest_open_residual(), kBeyondSense));
   mail.send(std::move(m));
 }
 
-// Loops within a segment that its robot has just solved by them are decided but for what the others know better: they need
+// Loops within a segment that its robot has just solved by them, and that nobody has bent since, are decided but for what the others know better: they need
 // no surrogate that is convex where they are.
 double RoundUpdates::largest_open_residual() const {
   double largest_r2 = largest(shared_residuals());
   const Eigen::VectorXd r2 = private_residuals(results_.front());
   for (Eigen::Index e = 0; e < r2.size(); ++e) {
     const GraphLoop& loop = problem_.graph.private_loops[e];
-    const bool decided = options_.robust && options_.local_start && loop.a.segment == loop.b.segment &&
+    const bool decided = options_.robust && options_.local_start && !problem_.bent &&
+                         loop.a.segment == loop.b.segment &&
                          problem_.starts[problem_.segment_place(loop.a.segment)].solution == 0;
     if (!decided) largest_r2 = std::max(largest_r2, r2[e]);
   }
