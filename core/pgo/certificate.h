@@ -22,11 +22,10 @@
 // translation of the part is held, which leaves definiteness as it was. The d null vectors of S at an optimum are made eta by the shift
 // itself, which is why no smaller gap than `resolution` is asked for.
 //
-// Distributed, for a graph of several robots. The separator is a smallest vertex cover of the loops of each pair of robots, which both
-// of a pair can work out; without it no loop joins two robots. For each eta a robot factorises its interior, that is its
-// poses outside the separator, and sends its Schur complement on the separator poses that it touches to the first robot, who
-// factorises the sum: S + eta ... is definite exactly where all of these are. Translations are found in the same way. Lambda_i needs
-// the edges of pose i and the public poses at their other ends. Only public poses and complements on them leave a robot.
+// Distributed, for a graph of several robots. For each eta a robot factorises its interior and sends its Schur complement on the
+// separator (separated_graph.h) to the first robot, who factorises the sum (team_matrix.h): S + eta ... is definite exactly where all of
+// these are. Translations are found in the same way. Lambda_i needs the edges of pose i and the public poses at their other ends.
+// Only public poses and complements on them leave a robot.
 //
 // Sources: Rosen, Carlone, Bandeira, Leonard, "SE-Sync", IJRR 2019, section 4 (S, Lambda, dual); Tian, Khosoussi, Rosen, How,
 // "Distributed Certifiably Correct Pose-Graph Optimization", T-RO 2021, section V (verification by a team).
