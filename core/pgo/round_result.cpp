@@ -5,13 +5,17 @@
 
 #include <algorithm>
 
+#include "core/pgo/cost.h"
+
 namespace covey::pgo {
 namespace {
 
-double residual_sq(const SE3& T_W_A, const SE3& T_W_B, const SE3& T_A_B, const Precision& precision) {
-  const SE3 predicted = T_W_A * T_A_B;
-  return precision.kappa * (T_W_B.rotation.matrix() - predicted.rotation.matrix()).squaredNorm() +
-         precision.tau * (T_W_B.translation - predicted.translation).squaredNorm();
+double squared_residual(const SE3& T_A_B, const Precision& precision, const SE3& T_W_A, const SE3& T_W_B) {
+  Edge edge;
+  edge.measurement = T_A_B;
+  edge.kappa = precision.kappa;
+  edge.tau = precision.tau;
+  return pgo::squared_residual(edge, T_W_A, T_W_B);
 }
 
 }  // namespace
@@ -43,7 +47,7 @@ RoundResult round_result(const AgreedProblem& problem, const RoundSolution& solu
     const auto& odometry = problem.graph.segments[s].poses;
     const auto& T = result.segments[s].T_W_K;
     for (std::size_t k = 1; k < T.size(); ++k) {
-      result.owned_cost += residual_sq(T[k - 1], T[k], odometry[k].T_P_K, odometry[k].precision);
+      result.owned_cost += squared_residual(odometry[k].T_P_K, odometry[k].precision, T[k - 1], T[k]);
     }
   }
   const auto add = [&](const GraphLoop& loop, double weight, double r2, bool owned) {
@@ -55,7 +59,7 @@ RoundResult round_result(const AgreedProblem& problem, const RoundSolution& solu
   for (std::size_t e = 0; e < problem.graph.private_loops.size(); ++e) {
     const GraphLoop& loop = problem.graph.private_loops[e];
     add(loop, solution.private_weights[static_cast<Eigen::Index>(e)],
-        residual_sq(own_pose(loop.a), own_pose(loop.b), loop.T_A_B, loop.precision), true);
+        squared_residual(loop.T_A_B, loop.precision, own_pose(loop.a), own_pose(loop.b)), true);
   }
   const SE3 T_W_root = problem.root_pose();
   for (std::size_t e = 0; e < problem.ends.size(); ++e) {
@@ -64,7 +68,8 @@ RoundResult round_result(const AgreedProblem& problem, const RoundSolution& solu
     const SE3 T_peer = T_W_root * solution.T_root_K_public.at(end.peer)[end.peer_place];
     const bool a_mine = end.loop.a.robot == problem.robot();
     add(end.loop, solution.shared_weights[static_cast<Eigen::Index>(e)],
-        residual_sq(a_mine ? T_mine : T_peer, a_mine ? T_peer : T_mine, end.loop.T_A_B, end.loop.precision),
+        squared_residual(end.loop.T_A_B, end.loop.precision, a_mine ? T_mine : T_peer,
+                         a_mine ? T_peer : T_mine),
         problem.owns(end));
   }
   add_warnings(problem, barc2, result);
