@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "shared_renderer.h"
 #include "viewer_offscreen/ground.h"
 #include "viewer_offscreen/png.h"
 #include "viewer_offscreen/text.h"
@@ -12,11 +13,6 @@ namespace covey::viewer {
 namespace {
 
 constexpr FigureOptions kSmall = {.size = {400, 320}};
-
-Renderer& shared_renderer() {
-  static Renderer renderer;
-  return renderer;
-}
 
 FigureContent team(int robots, double extent, const Eigen::Vector3d& centre = Eigen::Vector3d::Zero()) {
   FigureContent content;

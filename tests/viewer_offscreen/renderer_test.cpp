@@ -4,18 +4,14 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 
+#include "shared_renderer.h"
+
 namespace covey::viewer {
 namespace {
 
 constexpr Rgb kRed = {200, 10, 20};
 constexpr Rgb kGreen = {10, 180, 30};
 constexpr Rgb kWhite = {255, 255, 255};
-
-// One context for the whole file: to make one takes longer than to draw.
-Renderer& shared_renderer() {
-  static Renderer renderer;
-  return renderer;
-}
 
 Mesh triangle(const Eigen::Vector3f& a, const Eigen::Vector3f& b, const Eigen::Vector3f& c, Rgb colour,
               std::uint16_t label) {

@@ -16,7 +16,7 @@ namespace {
 const std::string kInformation3d = " 2 0 0 0 0 0 2 0 0 0 0 2 0 0 0 8 0 0 8 0 8";
 const std::string kEdge3d = "EDGE_SE3:QUAT 0 1 1 2 3 0 0 0 1" + kInformation3d + "\n";
 
-std::string refusal(const std::string& text) {
+std::string g2o_refusal(const std::string& text) {
   const ScratchFile file(text);
   const std::string message = input_error_of([&] { read_g2o(file.path); });
   REQUIRE(message.starts_with(file.path.string()));
@@ -65,23 +65,25 @@ TEST_CASE("a spatial graph is read with its precisions, doubled edges stay") {
 }
 
 TEST_CASE("what a g2o file may not say is refused with file, line and reason") {
-  CHECK(refusal("") == ": has no edge of a tag that is known (EDGE_SE2, EDGE_SE3:QUAT)");
-  CHECK(refusal("\nEDGE_SE2 0 1 1 0 0 1 0 0 1 0\n") == ":2: EDGE_SE2 has 11 fields, not 12");
-  CHECK(refusal("EDGE_SE2 0 1 1 0 x 1 0 0 1 0 1") == ":1: field 6 is 'x', not a number");
-  CHECK(refusal("EDGE_SE2 0 1 1 0 1.5z 1 0 0 1 0 1") == ":1: field 6 is '1.5z', not a number");
-  CHECK(refusal("EDGE_SE2 0 1 nan 0 0 1 0 0 1 0 1") == ":1: field 4 is 'nan', not a finite number");
-  CHECK(refusal("EDGE_SE2 0 1 1 -inf 0 1 0 0 1 0 1") == ":1: field 5 is '-inf', not a finite number");
-  CHECK(refusal("EDGE_SE2 0 1 1 1e999 0 1 0 0 1 0 1") == ":1: field 5 is '1e999', not a finite number");
-  CHECK(refusal("EDGE_SE2 0 1 1 0 0 1 0 0 1 0 0") == ":1: the information matrix is not positive definite");
-  CHECK(refusal("EDGE_SE2 0 1 1 0 0 1 2 0 1 0 1") == ":1: the information matrix is not positive definite");
-  CHECK(refusal("EDGE_SE2 0 -1 1 0 0 1 0 0 1 0 1") ==
+  CHECK(g2o_refusal("") == ": has no edge of a tag that is known (EDGE_SE2, EDGE_SE3:QUAT)");
+  CHECK(g2o_refusal("\nEDGE_SE2 0 1 1 0 0 1 0 0 1 0\n") == ":2: EDGE_SE2 has 11 fields, not 12");
+  CHECK(g2o_refusal("EDGE_SE2 0 1 1 0 x 1 0 0 1 0 1") == ":1: field 6 is 'x', not a number");
+  CHECK(g2o_refusal("EDGE_SE2 0 1 1 0 1.5z 1 0 0 1 0 1") == ":1: field 6 is '1.5z', not a number");
+  CHECK(g2o_refusal("EDGE_SE2 0 1 nan 0 0 1 0 0 1 0 1") == ":1: field 4 is 'nan', not a finite number");
+  CHECK(g2o_refusal("EDGE_SE2 0 1 1 -inf 0 1 0 0 1 0 1") == ":1: field 5 is '-inf', not a finite number");
+  CHECK(g2o_refusal("EDGE_SE2 0 1 1 1e999 0 1 0 0 1 0 1") == ":1: field 5 is '1e999', not a finite number");
+  CHECK(g2o_refusal("EDGE_SE2 0 1 1 0 0 1 0 0 1 0 0") ==
+        ":1: the information matrix is not positive definite");
+  CHECK(g2o_refusal("EDGE_SE2 0 1 1 0 0 1 2 0 1 0 1") ==
+        ":1: the information matrix is not positive definite");
+  CHECK(g2o_refusal("EDGE_SE2 0 -1 1 0 0 1 0 0 1 0 1") ==
         ":1: field 3 is '-1', not a vertex id (a whole number from 0 to 9223372036854775807)");
-  CHECK(refusal("EDGE_SE2 4 4 1 0 0 1 0 0 1 0 1") == ":1: the edge joins vertex 4 to itself");
-  CHECK(refusal("VERTEX_SE2 0 0 0 0\nVERTEX_SE2 0 1 0 0") == ":2: vertex 0 is declared twice");
-  CHECK(refusal("EDGE_SE2 0 5 1 0 0 1 0 0 1 0 1\nVERTEX_SE2 0 0 0 0") ==
+  CHECK(g2o_refusal("EDGE_SE2 4 4 1 0 0 1 0 0 1 0 1") == ":1: the edge joins vertex 4 to itself");
+  CHECK(g2o_refusal("VERTEX_SE2 0 0 0 0\nVERTEX_SE2 0 1 0 0") == ":2: vertex 0 is declared twice");
+  CHECK(g2o_refusal("EDGE_SE2 0 5 1 0 0 1 0 0 1 0 1\nVERTEX_SE2 0 0 0 0") ==
         ":1: the edge names vertex 5, which the file does not declare");
-  CHECK(refusal("VERTEX_SE2 0 0 0 0\n" + kEdge3d) == ":2: EDGE_SE3:QUAT in a graph that is 2D so far");
-  CHECK(refusal("EDGE_SE3:QUAT 0 1 1 2 3 0 0 0 2" + kInformation3d) ==
+  CHECK(g2o_refusal("VERTEX_SE2 0 0 0 0\n" + kEdge3d) == ":2: EDGE_SE3:QUAT in a graph that is 2D so far");
+  CHECK(g2o_refusal("EDGE_SE3:QUAT 0 1 1 2 3 0 0 0 2" + kInformation3d) ==
         ":1: the quaternion has norm 2, not 1");
   CHECK(input_error_of([] { read_g2o("/nonexistent.g2o"); }) == "/nonexistent.g2o: cannot be read");
   CHECK(input_error_of([] { read_g2o("/"); }) == "/: cannot be read");

@@ -7,7 +7,7 @@
 namespace covey::pgo {
 namespace {
 
-std::vector<PublicKeyframe> walk(int n, std::mt19937_64& random) {
+std::vector<PublicKeyframe> keyframe_walk(int n, std::mt19937_64& random) {
   std::normal_distribution<double> normal;
   std::vector<PublicKeyframe> keyframes{{0, 0, {SO3{}, {100.0, 50.0, -3.0}}}};
   while (static_cast<int>(keyframes.size()) < n) {
@@ -26,7 +26,7 @@ std::vector<PublicKeyframe> walk(int n, std::mt19937_64& random) {
 
 TEST_CASE("keyframes are known to within their units after any way, in a third of the bytes of floats") {
   std::mt19937_64 random(1);
-  const std::vector<PublicKeyframe> keyframes = walk(300, random);
+  const std::vector<PublicKeyframe> keyframes = keyframe_walk(300, random);
   dpgo_keyframes_t message{};
   encode_keyframes(keyframes, {1e-3, 1e-2}, message);
   REQUIRE(message.n < 300 * 34 / 3);
@@ -54,7 +54,7 @@ TEST_CASE("keyframes too far apart for their units are said in coarser ones") {
 TEST_CASE("what is no code of keyframes is refused") {
   std::mt19937_64 random(2);
   dpgo_keyframes_t message{};
-  encode_keyframes(walk(30, random), {1e-3, 1e-2}, message);
+  encode_keyframes(keyframe_walk(30, random), {1e-3, 1e-2}, message);
   dpgo_keyframes_t bad = message;
   bad.code.pop_back();
   REQUIRE_FALSE(decode_keyframes(bad));

@@ -16,7 +16,7 @@ namespace {
 const std::string kHeader =
     "robot_src,pose_src,robot_dst,pose_dst,qx,qy,qz,qw,tx,ty,tz,kappa,tau,is_known_inlier,weight\n";
 
-std::string refusal(const std::string& text) {
+std::string csv_refusal(const std::string& text) {
   const ScratchFile file(text);
   const std::string message = input_error_of([&] { read_robot_csv(file.path); });
   REQUIRE(message.starts_with(file.path.string()));
@@ -66,28 +66,28 @@ TEST_CASE("a loop that stands in two robots' files counts once, one that a file 
 }
 
 TEST_CASE("what a robot's file may not say is refused with file, line and reason") {
-  CHECK(refusal("") == ": is empty");
-  CHECK(refusal(kHeader) == ": has no edges");
-  CHECK(refusal("robot_src,pose\n") == ":1: column 2 of the header is not 'pose_src'");
-  CHECK(refusal(kHeader + "\n0,0,0,1,0,0,0,1,1,0,0,1,2,1\n") == ":3: has 14 fields, not 15");
-  CHECK(refusal(kHeader + "0,0,0,1,0,0,0,1,nan,0,0,1,2,1,1\n") ==
+  CHECK(csv_refusal("") == ": is empty");
+  CHECK(csv_refusal(kHeader) == ": has no edges");
+  CHECK(csv_refusal("robot_src,pose\n") == ":1: column 2 of the header is not 'pose_src'");
+  CHECK(csv_refusal(kHeader + "\n0,0,0,1,0,0,0,1,1,0,0,1,2,1\n") == ":3: has 14 fields, not 15");
+  CHECK(csv_refusal(kHeader + "0,0,0,1,0,0,0,1,nan,0,0,1,2,1,1\n") ==
         ":2: field 9 is 'nan', not a finite number");
-  CHECK(refusal(kHeader + "0,0,0,1,0,0,0,1,,0,0,1,2,1,1\n") == ":2: field 9 is '', not a number");
-  CHECK(refusal(kHeader + "0,0,0,1,0,0,0,0,1,0,0,1,2,1,1\n") == ":2: the quaternion has norm 0, not 1");
-  CHECK(refusal(kHeader + "0,0,0,1,0,0,0,1,1,0,0,0,2,1,1\n") ==
+  CHECK(csv_refusal(kHeader + "0,0,0,1,0,0,0,1,,0,0,1,2,1,1\n") == ":2: field 9 is '', not a number");
+  CHECK(csv_refusal(kHeader + "0,0,0,1,0,0,0,0,1,0,0,1,2,1,1\n") == ":2: the quaternion has norm 0, not 1");
+  CHECK(csv_refusal(kHeader + "0,0,0,1,0,0,0,1,1,0,0,0,2,1,1\n") ==
         ":2: kappa and tau are 0 and 2, not positive");
-  CHECK(refusal(kHeader + "0,1,0,1,0,0,0,1,1,0,0,1,2,1,1\n") ==
+  CHECK(csv_refusal(kHeader + "0,1,0,1,0,0,0,1,1,0,0,1,2,1,1\n") ==
         ":2: the edge joins pose 1 of robot 0 to itself");
-  CHECK(refusal(kHeader + "0,0,0,1,0,0,0,1,1,0,0,1,2,yes,1\n") ==
+  CHECK(csv_refusal(kHeader + "0,0,0,1,0,0,0,1,1,0,0,1,2,yes,1\n") ==
         ":2: field 14 is 'yes', not a truth value (a whole number from 0 to 1)");
-  CHECK(refusal(kHeader + "0,0,0,99999999,0,0,0,1,1,0,0,1,2,1,1\n") ==
+  CHECK(csv_refusal(kHeader + "0,0,0,99999999,0,0,0,1,1,0,0,1,2,1,1\n") ==
         ":2: field 4 is '99999999', not a pose (a whole number from 0 to 9999999)");
-  CHECK(refusal(kHeader + "0,0,0,1,0,0,0,1,1,0,0,1,2,1,1\n0,1,3,9999999,0,0,0,1,1,0,0,1,2,0,1\n") ==
+  CHECK(csv_refusal(kHeader + "0,0,0,1,0,0,0,1,1,0,0,1,2,1,1\n0,1,3,9999999,0,0,0,1,1,0,0,1,2,0,1\n") ==
         ":3: pose 9999999 of robot 3 makes 10000002 poses in all, too many for 2 edges");
   std::string everyone = kHeader;  // as offsets, these would be past 2^31
   for (int robot = 1; robot < 1000; ++robot)
     everyone += fmt::format("0,0,{},9999999,0,0,0,1,1,0,0,1,2,0,1\n", robot);
-  CHECK(refusal(everyone) ==
+  CHECK(csv_refusal(everyone) ==
         ":2: pose 9999999 of robot 1 makes 9990000001 poses in all, too many for 999 edges");
   const ScratchFile folder;
   std::filesystem::create_directories(folder.path);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-// A file of a test's own, gone when the test ends; and the message of the InputError that an action throws
+// A file or folder of a test's own, gone when the test ends; and the message of the InputError that an action throws
 // ("" for none).
 
 #include <unistd.h>
@@ -36,6 +36,10 @@ class ScratchFile {
   std::string said(const std::string& text) const { return path.string() + text; }
 
   std::filesystem::path path;
+};
+
+struct ScratchFolder : ScratchFile {
+  ScratchFolder() { std::filesystem::create_directories(path); }
 };
 
 template <typename Action>

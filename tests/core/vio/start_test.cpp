@@ -17,18 +17,18 @@ using covey::testing::TrackSimOptions;
 
 namespace {
 
-constexpr Utime kSpacing = 100'000;
+constexpr Utime kFrameSpacing = 100'000;
 
 std::vector<StartFrame> make_frames(const AnalyticMotion& motion, Utime from, const ImuBias& bias,
                                     const TrackSimOptions& options) {
   const Rig rig = stereo_rig();
   RandomGeometry random(options.seed);
   TrackSim sim(rig, options);
-  auto imu = sample_imu(motion, from, from + 7 * kSpacing, 5000);
+  auto imu = sample_imu(motion, from, from + 7 * kFrameSpacing, 5000);
   add_imu_errors(rig.imu, bias, random, imu);
   std::vector<StartFrame> frames;
   for (std::size_t k = 0; k < 8; ++k) {
-    const Utime t = from + static_cast<Utime>(k) * kSpacing;
+    const Utime t = from + static_cast<Utime>(k) * kFrameSpacing;
     frames.push_back({sim.see(t, motion.state(t).T_W_B), {}});
     if (k > 0) frames.back().samples.assign(imu.begin() + 20 * (k - 1), imu.begin() + 20 * k + 1);
   }

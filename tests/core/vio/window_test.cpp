@@ -17,7 +17,7 @@ using covey::testing::TrackSimOptions;
 
 namespace {
 
-constexpr Utime kSpacing = 200'000;
+constexpr Utime kKeyframeSpacing = 200'000;
 
 // Keyframes from the truth, disturbed; the window holds all that options.window lets it.
 struct World {
@@ -29,7 +29,7 @@ struct World {
   Utime now = 0;
 
   explicit World(const TrackSimOptions& options = {}) : sim(rig, options) {
-    imu = sample_imu(motion, 0, 40 * kSpacing, 5000);
+    imu = sample_imu(motion, 0, 40 * kKeyframeSpacing, 5000);
     add_imu_errors(rig.imu, {}, random, imu);
   }
   NavState guess() {
@@ -43,7 +43,7 @@ struct World {
   void begin(Window& window) { window.begin(sim.see(now, motion.state(now).T_W_B), motion.state(now), {}); }
   void add(Window& window) {
     const auto first = static_cast<std::size_t>(now / 5000);
-    now += kSpacing;
+    now += kKeyframeSpacing;
     window.add(sim.see(now, motion.state(now).T_W_B), guess(),
                {imu.begin() + first, imu.begin() + first + 41});
   }
@@ -139,14 +139,14 @@ TEST_CASE("Window: who stands still and always sees the same does not drift") {
   World world({.sigma_px = 1.0, .room_m = {24.0, 24.0, 8.0}});
   const SE3 T_W_B = world.motion.state(0).T_W_B;
   std::vector<ImuSample> rest;
-  for (Utime t = 0; t <= 60 * kSpacing; t += 5000)
+  for (Utime t = 0; t <= 60 * kKeyframeSpacing; t += 5000)
     rest.push_back({t, Eigen::Vector3d::Zero(), T_W_B.rotation.inverse() * Eigen::Vector3d(-kGravity)});
   add_imu_errors(world.rig.imu, {}, world.random, rest);
   Window window(world.rig, {});
   window.begin(world.sim.see(0, T_W_B), {T_W_B, Eigen::Vector3d::Zero(), {}}, {});
   double sigma = 0.0;
   for (int k = 0; k < 60; ++k) {
-    const Utime until = (k + 1) * kSpacing;
+    const Utime until = (k + 1) * kKeyframeSpacing;
     window.add(world.sim.see(until, T_W_B), window.newest_state(),
                {rest.begin() + 40 * k, rest.begin() + 40 * k + 41});
     window.optimise(6);

@@ -8,10 +8,6 @@
 namespace covey {
 namespace {
 
-struct Folder : ScratchFile {
-  Folder() { std::filesystem::create_directories(path); }
-};
-
 std::vector<place::LcdRecord> some_records() {
   lcd_bag_t own{};
   own.from = 3;
@@ -37,7 +33,7 @@ std::vector<Bytes> encoded(const std::vector<place::LcdRecord>& records) {
   return bytes;
 }
 
-std::vector<place::LcdRecord> read_back(const Folder& folder, std::unique_ptr<LcdLog>& log) {
+std::vector<place::LcdRecord> read_back(const ScratchFolder& folder, std::unique_ptr<LcdLog>& log) {
   std::vector<place::LcdRecord> records;
   log.reset();
   log = std::make_unique<LcdLog>(3, folder.path,
@@ -46,7 +42,7 @@ std::vector<place::LcdRecord> read_back(const Folder& folder, std::unique_ptr<Lc
 }
 
 TEST_CASE("what was kept is read back in its order, again and again") {
-  const Folder folder;
+  const ScratchFolder folder;
   std::unique_ptr<LcdLog> log;
   REQUIRE(read_back(folder, log).empty());
   Utime now = 100;
@@ -55,7 +51,7 @@ TEST_CASE("what was kept is read back in its order, again and again") {
 }
 
 TEST_CASE("a log that was cut off is good up to there, and goes on from there") {
-  const Folder folder;
+  const ScratchFolder folder;
   std::unique_ptr<LcdLog> log;
   read_back(folder, log);
   for (const auto& record : some_records()) log->append(record, 5);

@@ -14,10 +14,6 @@
 namespace covey {
 namespace {
 
-struct Folder : ScratchFile {
-  Folder() { std::filesystem::create_directories(path); }
-};
-
 const std::filesystem::path kConfig = std::filesystem::path(COVEY_SOURCE_DIR) / "configs/robots/default.yaml";
 constexpr Utime kStart = 1'000'000'000;
 
@@ -76,7 +72,7 @@ struct Output {
   std::map<std::string, int> messages;
 };
 
-Output run_lcd(const Folder& folder, const std::string& name, bool with_state) {
+Output run_lcd(const ScratchFolder& folder, const std::string& name, bool with_state) {
   const std::string out = (folder.path / (name + ".lcm")).string();
   std::vector<std::string> arguments{"--robot",        "2",     "--config",
                                      kConfig.string(), "--url", "file://" + (folder.path / "in.lcm").string(),
@@ -102,7 +98,7 @@ Output run_lcd(const Folder& folder, const std::string& name, bool with_state) {
 
 TEST_CASE(
     "a log with a way back gives closures with the past, their numbers right, and again from the disk") {
-  const Folder folder;
+  const ScratchFolder folder;
   const Rig rig = read_rig(std::filesystem::path(COVEY_SOURCE_DIR) / "configs/sensors/rover.yaml");
   write_log(folder.path / "in.lcm", rig);
   const Output output = run_lcd(folder, "first", true);

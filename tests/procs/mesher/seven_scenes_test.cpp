@@ -16,7 +16,7 @@ using namespace covey;
 
 namespace {
 
-constexpr double kPatienceS = 110.0;
+constexpr double kRunPatienceS = 110.0;
 constexpr double kVoxelM = 0.03;  // configs/robots/seven_scenes.yaml
 
 // Vertices by cells of 5 cm.
@@ -48,7 +48,7 @@ class NearestVertex {
 
 void run(const std::string& program, const std::vector<std::string>& arguments, const ScratchFile& said) {
   ChildProcess process(program, arguments, said.path);
-  const std::optional<int> code = process.wait(kPatienceS);
+  const std::optional<int> code = process.wait(kRunPatienceS);
   INFO(program + ": " + process.output());
   REQUIRE(code == 0);
 }
