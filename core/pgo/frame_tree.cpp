@@ -152,7 +152,8 @@ class Tree {
     int child = -1;
     SE3 T_W_O;
     double inliers = 0.0;
-    double evidence = 0.0;
+    double own_evidence = 0.0;  // of the loops that it was found by
+    double evidence = 0.0;      // of all pairs
   };
 
   bool placed(int frame) const { return frames_.T_W_O[frame].has_value(); }
@@ -169,8 +170,9 @@ class Tree {
       }
     }
     if (!most_inliers) return false;
-    const bool beyond_doubt = most_evidence->evidence > most_inliers->evidence + kLogOdds;
-    const Place& best = beyond_doubt ? *most_evidence : *most_inliers;
+    const bool could_be_chance = most_inliers->own_evidence <= 0.0;
+    const bool gives_way = could_be_chance && most_evidence->evidence > most_inliers->evidence + kLogOdds;
+    const Place& best = gives_way ? *most_evidence : *most_inliers;
     frames_.T_W_O[best.child] = best.T_W_O;
     frames_.edges.emplace_back(best.parent, best.child);
     return true;
@@ -189,7 +191,8 @@ class Tree {
       place.T_W_O = *frames_.T_W_O[place.parent] * T_A_B.inverse();
     }
     place.inliers = inliers;
-    place.evidence = pair.own_evidence(h);
+    place.own_evidence = pair.own_evidence(h);
+    place.evidence = place.own_evidence;
     for (const auto& [other, confirming] : pairs_of_.at(place.child)) {
       if (confirming == &pair || !placed(other)) continue;
       const SE3 T_other_child = frames_.T_W_O[other]->inverse() * place.T_W_O;

@@ -2,10 +2,10 @@
 #pragma once
 
 // All frames of a team in one, from how the frames of pairs may lie in each other (frame_alignment.h): a tree that grows by
-// one frame at a time, to the place that most loops of a pair agree on. That place gives way to another for which the evidence
-// (alignment_evidence.h) is clearly better over all pairs that the frame forms with frames which have their places. So loops of
-// two pairs that confirm each other, around a cycle of three frames, outweigh some more of one pair that stand alone. The chance
-// of wrong loops to agree comes from the pair's loops that do not agree with the place.
+// one frame at a time, to the place that most loops of a pair agree on. Where so many could agree by chance, it gives way to
+// another for which the evidence (alignment_evidence.h) is clearly better over all pairs that the frame forms with frames which
+// have their places. So loops of two pairs that confirm each other, around a cycle of three frames, outweigh some more of one pair
+// that stand alone. The chance of wrong loops to agree comes from the pair's loops that do not agree with the place.
 //
 // Around a cycle odometry has drifted, in proportion to the way.
 

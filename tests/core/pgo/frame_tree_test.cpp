@@ -73,3 +73,18 @@ TEST_CASE("loops that confirm each other around a cycle outweigh more of them th
     CHECK((spanning_tree(pairs, extents).T_W_O[1]->translation - T_0_1.translation).norm() > 10.0);
   }
 }
+
+// Drift spreads right loops over many places near each other, which makes agreement look like chance, and keeps other pairs from
+// confirming them.
+TEST_CASE("a place that is by itself likelier than chance does not give way") {
+  const std::vector<FrameExtent> extents(3, {{100.0, 0.0, 0.0}, 200.0});
+  const auto x_of_second = [&](int inliers) {
+    std::vector<PairAlignment> pairs = {alignment(0, 2, at(0.0, 20.0, 3.0), 40, 50)};
+    pairs.push_back(alignment(0, 1, at(-100.0, 0.0, 0.0), inliers, 100));
+    for (int k = 0; k < 13; ++k) pairs.push_back(alignment(0, 1, at(-200.0 + 7.0 * k, 1.0, 0.0), 4, 100));
+    pairs.push_back(alignment(1, 2, at(-50.0, 100.0, 2.0), 3, 3));
+    return spanning_tree(pairs, extents).T_W_O[1]->translation.x();
+  };
+  CHECK(x_of_second(12) == Approx(-100.0));
+  CHECK(x_of_second(8) > 100.0);
+}
