@@ -7,6 +7,7 @@
 #include <tuple>
 
 #include "core/base/error.h"
+#include "core/graph/gnc.h"
 #include "core/pgo/alignment_evidence.h"
 #include "core/pgo/chi_square.h"
 #include "core/pgo/tls.h"
@@ -84,7 +85,7 @@ struct Averaging {
     T = average(std::vector<double>(candidates.size(), 1.0), T);
     std::vector<double> r2 = squared_residuals(T);
     for (double mu = tls_first_mu(*std::max_element(r2.begin(), r2.end()), barc2); mu < 1e4; mu *= 1.4) {
-      for (double& value : r2) value = tls_weight(value, barc2, mu);
+      for (double& value : r2) value = graph::gnc_weight(value, barc2, mu);
       T = average(r2, T);
       r2 = squared_residuals(T);
     }

@@ -6,7 +6,6 @@
 #include <limits>
 
 #include "core/graph/gnc.h"
-#include "core/pgo/tls.h"
 
 namespace covey::pgo {
 namespace {
@@ -64,7 +63,7 @@ bool GncStages::weighs() const {
 }
 
 double GncStages::weight(double r2) const {
-  return final_ ? (r2 < options_.barc2 ? 1.0 : 0.0) : tls_weight(r2, options_.barc2, mu_);
+  return final_ ? (r2 < options_.barc2 ? 1.0 : 0.0) : graph::gnc_weight(r2, options_.barc2, mu_);
 }
 
 // Phi of Black and Rangarajan's duality (Yang et al., RA-L 2020, eq. 13).

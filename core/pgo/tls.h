@@ -2,21 +2,13 @@
 #pragma once
 
 // Truncated least squares, rho(r) = min(r^2, c^2), by graduated non-convexity: a surrogate that is convex for mu -> 0 and
-// becomes rho for mu -> infinity is minimised by weighted least squares, with the weights below.
+// becomes rho for mu -> infinity is minimised by weighted least squares (weights: gnc_weight, core/graph/gnc.h).
 // Source: Yang, Antonante, Tzoumas, Carlone, "Graduated Non-Convexity for Robust Spatial Perception", RA-L 2020, equation 14
 // and remark 5.
 
-#include <cmath>
 #include <limits>
 
 namespace covey::pgo {
-
-// The weight, in [0, 1], of a measurement with squared residual r2 under the surrogate mu.
-inline double tls_weight(double r2, double barc2, double mu) {
-  if (r2 >= (mu + 1.0) / mu * barc2) return 0.0;
-  if (r2 <= mu / (mu + 1.0) * barc2) return 1.0;
-  return std::sqrt(barc2 * mu * (mu + 1.0) / r2) - mu;
-}
 
 // The mu at which the surrogate is still convex for residuals up to max_r2; infinite when none exceeds the threshold.
 inline double tls_first_mu(double max_r2, double barc2) {

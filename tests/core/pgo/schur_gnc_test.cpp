@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/graph/gnc.h"
 #include "core/pgo/central.h"
 #include "core/pgo/cost.h"
 #include "core/pgo/experiment.h"
@@ -81,7 +82,7 @@ class Team {
     int changed = 0;
     for_each_candidate([&](SchurBlock& block, graph::FactorId id) {
       const double r2 = block.squared_residual(id);
-      const double weight = std::isinf(mu) ? (r2 <= kBarc2 ? 1.0 : 0.0) : tls_weight(r2, kBarc2, mu);
+      const double weight = std::isinf(mu) ? (r2 <= kBarc2 ? 1.0 : 0.0) : graph::gnc_weight(r2, kBarc2, mu);
       if (weight != block.weight(id)) ++changed;
       block.set_weight(id, weight);
     });
