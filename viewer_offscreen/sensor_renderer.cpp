@@ -40,7 +40,7 @@ out float pixel;
 void main() { pixel = light * texture(surfaces, vec3(place, page)).r; }
 )";
 
-constexpr const char* kMeasureVertex = R"(#version 320 es
+constexpr const char* kSensorVertex = R"(#version 320 es
 layout(location = 0) in vec3 p_W;
 layout(location = 1) in vec2 uv;
 layout(location = 2) in float layer;
@@ -63,7 +63,7 @@ void main() {
 }
 )";
 
-constexpr const char* kMeasureFragment = R"(#version 320 es
+constexpr const char* kSensorFragment = R"(#version 320 es
 precision highp float;
 precision highp sampler2DArray;
 in float depth;
@@ -97,7 +97,7 @@ void begin(const Camera& camera) {
 SensorRenderer::SensorRenderer()
     : context_(std::make_shared<EglContext>()),
       grey_program_(link_program(kGreyVertex, kGreyFragment)),
-      measure_program_(link_program(kMeasureVertex, kMeasureFragment)) {}
+      measure_program_(link_program(kSensorVertex, kSensorFragment)) {}
 
 SensorRenderer::~SensorRenderer() {
   context_->make_current();

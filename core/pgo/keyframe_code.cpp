@@ -15,8 +15,8 @@ namespace {
 constexpr int kMostKeyframes = 200'000;
 constexpr int kMostSegments = 1 << 20;
 constexpr int kMostIds = 1 << 28;
-constexpr double kFarthestM = 1e8;
-constexpr double kSmallestUnit = 2.0 / kLargestCoded;  // rad; m where the next keyframe is within 2 m
+constexpr double kFarthestKeyframeM = 1e8;
+constexpr double kSmallestKeyframeUnit = 2.0 / kLargestCoded;  // rad; m where the next keyframe is within 2 m
 
 struct Models {
   NumberModel segment;
@@ -67,7 +67,7 @@ double smallest_translation_unit(const std::vector<PublicKeyframe>& keyframes) {
     farthest =
         std::max(farthest, (keyframes[k].T_S_K.translation - keyframes[k - 1].T_S_K.translation).norm());
   }
-  return (1.0 + farthest) * kSmallestUnit;
+  return (1.0 + farthest) * kSmallestKeyframeUnit;
 }
 
 }  // namespace
@@ -75,7 +75,7 @@ double smallest_translation_unit(const std::vector<PublicKeyframe>& keyframes) {
 void encode_keyframes(const std::vector<PublicKeyframe>& keyframes, const PoseUnits& units,
                       dpgo_keyframes_t& message) {
   COVEY_CHECK(!keyframes.empty() && keyframes.size() <= kMostKeyframes);
-  message.rotation_unit = static_cast<float>(std::clamp(units.rotation, kSmallestUnit, 0.5));
+  message.rotation_unit = static_cast<float>(std::clamp(units.rotation, kSmallestKeyframeUnit, 0.5));
   message.translation_unit =
       static_cast<float>(std::max(units.translation, smallest_translation_unit(keyframes)));
   const PoseUnits rounded{message.rotation_unit, message.translation_unit};
@@ -118,7 +118,7 @@ std::optional<std::vector<PublicKeyframe>> decode_keyframes(const dpgo_keyframes
         k == 0 ? keyframe.segment >= 0 && keyframe.id >= 0
                : std::pair(keyframe.segment, keyframe.id) > std::pair(before.segment, before.id);
     if (!ascending || keyframe.segment > kMostSegments || keyframe.id < 0 || keyframe.id > kMostIds ||
-        !(keyframe.T_S_K.translation.cwiseAbs().maxCoeff() < kFarthestM)) {
+        !(keyframe.T_S_K.translation.cwiseAbs().maxCoeff() < kFarthestKeyframeM)) {
       return std::nullopt;
     }
     keyframes.push_back(keyframe);

@@ -18,7 +18,7 @@ constexpr double kLeastDamping = 1e-13;
 constexpr double kMostDamping = 1e6;
 constexpr double kGoodStep = 0.75;  // of what was promised: less damping; below the other, more
 constexpr double kPoorStep = 0.25;
-constexpr double kRounding = 1e-12;  // of the cost
+constexpr double kCostRounding = 1e-12;  // of the cost
 
 // Column by column.
 std::vector<float> packed_lower(const Eigen::MatrixXd& L) {
@@ -226,7 +226,7 @@ dpgo_move_t SchurTeam::solve(const std::vector<dpgo_reduced_t>& reduced) {
   const bool judged = std::exchange(judging_, true);
   dpgo_move_t message{};
   message.to = -1;
-  message.taken = !judged || trial <= (1.0 + kRounding) * cost_;
+  message.taken = !judged || trial <= (1.0 + kCostRounding) * cost_;
   if (!message.taken) {
     judging_ = false;
     ++rejected_;
@@ -308,7 +308,8 @@ void SchurTeam::factorise() {
           S.diagonal().segment(tangent_ * static_cast<int>(k), tangent_);
     }
   }
-  for (double damping = 0.0; damping <= kMostDamping; damping = std::max(kRounding, kDampingStep * damping)) {
+  for (double damping = 0.0; damping <= kMostDamping;
+       damping = std::max(kCostRounding, kDampingStep * damping)) {
     if (cholesky_->factorise(S_, damping * diagonal)) return;
   }
   COVEY_CHECK(false);

@@ -11,9 +11,9 @@ namespace {
 
 constexpr double kUnitsPerSigma = 4.0;
 constexpr double kWidest = 100.0;  // of a direction: 89.4 deg off the axis
-constexpr double kFarthestM = 1e4;
+constexpr double kFarthestPointM = 1e4;
 
-struct Models {
+struct PointModels {
   pgo::NumberModel direction[2];
   pgo::NumberModel inverse_depth;
 };
@@ -28,7 +28,7 @@ std::vector<std::uint8_t> encode_points(const FrameFeatures& features) {
   const double direction_unit = features.noise.direction / kUnitsPerSigma;
   const double depth_unit = features.noise.inverse_depth / kUnitsPerSigma;
   pgo::RangeWriter writer;
-  Models models;
+  PointModels models;
   for (std::size_t k = 0; k < features.size(); ++k) {
     const Eigen::Vector2d direction = features.direction(k);
     for (int c = 0; c < 2; ++c) {
@@ -46,14 +46,14 @@ const char* decode_points(const std::vector<std::uint8_t>& code, int n, FrameFea
   const double direction_unit = features.noise.direction / kUnitsPerSigma;
   const double depth_unit = features.noise.inverse_depth / kUnitsPerSigma;
   pgo::RangeReader reader(code);
-  Models models;
+  PointModels models;
   for (int k = 0; k < n; ++k) {
     Eigen::Vector2d direction;
     for (int c = 0; c < 2; ++c) direction[c] = direction_unit * reader.get(models.direction[c]);
     const std::int32_t inverse = get_natural(reader, models.inverse_depth);
     const double depth = inverse > 0 ? 1.0 / (depth_unit * inverse) : 0.0;
     if (!(direction.norm() < kWidest)) return "bearings";
-    if (!(depth < kFarthestM)) return "depths";
+    if (!(depth < kFarthestPointM)) return "depths";
     features.bearings_C.emplace_back(direction.homogeneous().normalized().cast<float>());
     features.depths_m.push_back(static_cast<float>(depth));
   }

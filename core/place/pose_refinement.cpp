@@ -12,7 +12,7 @@
 namespace covey::place {
 namespace {
 
-constexpr double kNearest = 1e-3;  // m in front of a camera
+constexpr double kNearestSeen = 1e-3;  // m in front of a camera
 constexpr graph::Key kPose{'t', 0};
 // Of a point's squared residuals in both views: 99 % for the degrees of freedom that a measured depth or two leave (2, 3).
 constexpr double kFits = 11.3;
@@ -22,7 +22,7 @@ graph::Key point_key(std::size_t k) { return {'p', k}; }
 
 template <int kDim>
 graph::Vector<kDim> view(const Eigen::Vector3d& p, Eigen::Matrix<double, kDim, 3>* J) {
-  if (!(p.z() > kNearest)) {
+  if (!(p.z() > kNearestSeen)) {
     if (J) J->setZero();
     return graph::Vector<kDim>::Zero();
   }
@@ -86,7 +86,7 @@ Problem make_problem(const FrameFeatures& c, const FrameFeatures& d,
 bool fits(const Problem& problem, std::size_t k) {
   const auto p_C = problem.values.get<graph::Vector<3>>(point_key(k));
   const auto T_C_D = problem.values.get<SE3>(kPose);
-  if (!(p_C.z() > kNearest) || !((T_C_D.inverse() * p_C).z() > kNearest)) return false;
+  if (!(p_C.z() > kNearestSeen) || !((T_C_D.inverse() * p_C).z() > kNearestSeen)) return false;
   double squared = 0.0;
   for (const graph::FactorId id : problem.factors[k])
     squared += squared_residual(problem.graph.factor(id), problem.values);
@@ -96,7 +96,7 @@ bool fits(const Problem& problem, std::size_t k) {
 // How far off a view of p is, on the plane z = 1; a lot where it is not in front.
 double off(const Eigen::Vector3d& p, const FrameFeatures& features, std::size_t k) {
   constexpr double kFar = 1e3;
-  return p.z() > kNearest ? (p.hnormalized() - features.direction(k)).norm() : kFar;
+  return p.z() > kNearestSeen ? (p.hnormalized() - features.direction(k)).norm() : kFar;
 }
 
 // Some depth must be known, or the pair says nothing of the distance.
@@ -120,7 +120,7 @@ std::vector<std::pair<int, int>> pairs_near(const FrameFeatures& c, const FrameF
 template <int kDimension>
 auto OwnView<kDimension>::evaluate(const Eigen::Vector3d& p_C, Eigen::Matrix<double, kDim, 3>* J) const
     -> graph::Vector<kDim> {
-  if (!(p_C.z() > kNearest)) {
+  if (!(p_C.z() > kNearestSeen)) {
     if (J) J->setZero();
     return graph::Vector<kDim>::Zero();
   }
@@ -132,7 +132,7 @@ auto OtherView<kDimension>::evaluate(const SE3& T_C_D, const Eigen::Vector3d& p_
                                      Eigen::Matrix<double, kDim, 6>* J_T,
                                      Eigen::Matrix<double, kDim, 3>* J_p) const -> graph::Vector<kDim> {
   const Eigen::Vector3d p_D = T_C_D.inverse() * p_C;
-  if (!(p_D.z() > kNearest)) {
+  if (!(p_D.z() > kNearestSeen)) {
     if (J_T) {
       J_T->setZero();
       J_p->setZero();

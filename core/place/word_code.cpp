@@ -8,7 +8,7 @@
 namespace covey::place {
 namespace {
 
-struct Models {
+struct WordModels {
   pgo::NumberModel gap;
   pgo::NumberModel count;
 };
@@ -17,7 +17,7 @@ struct Models {
 
 std::vector<std::uint8_t> encode_words(const WordCounts& counts) {
   pgo::RangeWriter writer;
-  Models models;
+  WordModels models;
   std::int32_t next = 0;
   for (std::size_t k = 0; k < counts.words.size(); ++k) {
     put_natural(writer, counts.words[k] - next, models.gap);
@@ -31,7 +31,7 @@ const char* decode_words(const std::vector<std::uint8_t>& code, int n, int words
                          WordCounts& counts) {
   if (n <= 0 || n > most || n > words) return "size";
   pgo::RangeReader reader(code);
-  Models models;
+  WordModels models;
   WordCounts read;
   std::int32_t next = 0;
   std::int32_t sum = 0;

@@ -6,6 +6,7 @@
 #include <memory>
 #include <random>
 
+#include "core/base/angle.h"
 #include "core/sim/spline.h"
 
 namespace covey::sim {
@@ -16,7 +17,6 @@ using Spline = UniformSpline<6>;
 
 constexpr Utime kSpacingUs = 50'000;
 constexpr double kStepM = 0.05;  // between the samples of a rounded path
-constexpr double kDegree = M_PI / 180.0;
 
 struct PathSample {
   Eigen::Vector3d p_W;

@@ -6,6 +6,7 @@
 #include <optional>
 #include <span>
 
+#include "core/base/angle.h"
 #include "core/base/error.h"
 #include "core/graph/solve.h"
 #include "core/imu/imu_factor.h"
@@ -13,7 +14,6 @@
 namespace covey::sim {
 namespace {
 
-constexpr double kDegree = M_PI / 180.0;
 constexpr graph::Key kTilt{'t', 0};
 
 graph::Key pose_key(std::size_t node) { return {'x', node}; }

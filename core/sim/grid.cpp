@@ -7,6 +7,7 @@
 #include <optional>
 #include <random>
 
+#include "core/base/angle.h"
 #include "core/base/error.h"
 #include "core/pgo/trajectories.h"
 
@@ -17,8 +18,6 @@ using Random = std::mt19937_64;
 using pgo::Edge;
 using pgo::EdgeKind;
 using pgo::PoseId;
-
-constexpr double kDegree = M_PI / 180.0;
 
 // Streams that do not disturb each other: a change in one place does not redraw the whole world.
 enum class Purpose : std::uint32_t { kPath, kOdometry, kClosures, kFalse };

@@ -88,12 +88,6 @@ void check_folder(const std::filesystem::path& folder) {
 std::vector<std::filesystem::path> flights(const ScenarioOptions& options) {
   std::vector<std::filesystem::path> folders{options.motion};
   if (options.motion.empty()) {
-    if (options.data.empty()) {
-      throw_input_error(
-          "--world {} flies recorded motion: give --data DIR or set COVEY_DATA to the folder that has "
-          "euroc/motion/{}",
-          options.world, sequences(options.world).front());
-    }
     folders.clear();
     for (const std::string& name : sequences(options.world))
       folders.push_back(options.data / "euroc/motion" / name);
@@ -102,6 +96,12 @@ std::vector<std::filesystem::path> flights(const ScenarioOptions& options) {
   if (robots > folders.size())
     throw_input_error("--robots {}: {} has {} sequences to fly", options.robots, options.world,
                       folders.size());
+  if (options.motion.empty() && options.data.empty()) {
+    throw_input_error(
+        "--world {} flies recorded motion: give --data DIR or set COVEY_DATA to the folder that has "
+        "euroc/motion/{}",
+        options.world, folders.front().filename().string());
+  }
   for (std::size_t r = 0; r < robots; ++r) check_folder(folders[r]);
   return folders;
 }

@@ -4,13 +4,13 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/base/angle.h"
 #include "core/vio/team_keyframes.h"
 
 namespace covey::vio {
 namespace {
 
-constexpr int kClockWentBack = 20;  // late poses in a row
-constexpr double kDegree = std::numbers::pi / 180.0;
+constexpr int kLateInARow = 20;  // late poses in a row
 
 // The yaw of the body's x axis; of its y axis less a quarter turn where x stands upright.
 double yaw_of(const SO3& R) {
@@ -40,7 +40,7 @@ VioFrame ExternalOdometry::add(const OdometryPose& pose) {
   VioFrame frame;
   const bool late = segment_ && pose.utime <= segment_->last.utime;
   late_ = late ? late_ + 1 : 0;
-  if (late && late_ <= kClockWentBack) {
+  if (late && late_ <= kLateInARow) {
     frame.dropped = "late";
     return frame;
   }

@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include "core/base/angle.h"
 
 namespace covey::vio {
 namespace {
 
-constexpr double kDegree = std::numbers::pi / 180.0;
 constexpr double kGravitySigmaFloor = 0.05 * kDegree;  // no accelerometer is mounted better
 
 }  // namespace

@@ -5,13 +5,12 @@
 #include <string>
 #include <utility>
 
+#include "core/base/angle.h"
 #include "core/pgo/chi_square.h"
 #include "procs/common/read_seconds.h"
 
 namespace covey {
 namespace {
-
-constexpr double kDegree = 0.017453292519943295;
 
 template <typename T>
 T read_choice(ConfigSection& section, const std::string& key, T value,

@@ -17,7 +17,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-struct Options {
+struct GraphOptions {
   std::filesystem::path graph;
   std::vector<std::filesystem::path> estimates;
   std::vector<std::filesystem::path> truths;
@@ -67,7 +67,7 @@ void write_loops(const std::filesystem::path& file, const pgo::PoseGraph& graph,
   if (!stream.flush()) throw_input_error("{}: cannot be written", file.string());
 }
 
-void print_score(const Options& options) {
+void print_score(const GraphOptions& options) {
   const pgo::PoseGraph graph = pgo::read_robot_csv(options.graph);
   GraphSolution solution{read_poses(graph, options.estimates, "--estimate"), std::nullopt};
   if (!options.logs.empty()) {
@@ -99,7 +99,7 @@ void print_score(const Options& options) {
 }  // namespace
 
 void add_graph_command(CLI::App& app) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<GraphOptions>();
   CLI::App* command =
       app.add_subcommand("graph", "robust cost of a team's solution of a pose graph, and its loop closures");
   command->add_option("--graph", options->graph, "folder of robot<i>.csv")->required();

@@ -20,7 +20,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-struct Options {
+struct MeshOptions {
   std::vector<std::string> estimates;
   std::string reference;
   std::vector<std::string> trajectories;
@@ -79,7 +79,7 @@ SE3 read_alignment(const std::string& file) {
   return {SO3::from_quaternion({v[0], v[1], v[2], v[3]}), {v[4], v[5], v[6]}};
 }
 
-std::vector<TrajectoryPair> read_pairs(const Options& options) {
+std::vector<TrajectoryPair> read_pairs(const MeshOptions& options) {
   if (options.trajectories.size() != options.truths.size()) {
     throw_input_error("--trajectory has {} files and --truth {}; give one truth for each trajectory",
                       options.trajectories.size(), options.truths.size());
@@ -101,7 +101,7 @@ SE3 first_pose_alignment(const std::vector<TrajectoryPair>& pairs, double max_di
   return {};
 }
 
-SE3 placement(const Options& options) {
+SE3 placement(const MeshOptions& options) {
   if (!options.alignment.empty()) return read_alignment(options.alignment);
   if (options.trajectories.empty() && options.truths.empty()) return {};
   const std::vector<TrajectoryPair> pairs = read_pairs(options);
@@ -120,7 +120,7 @@ struct Seen {
   double share = 1.0;
 };
 
-Seen seen_of(const Surface& reference, const Options& options) {
+Seen seen_of(const Surface& reference, const MeshOptions& options) {
   Seen seen{reference.sample(samples_per_m2(reference, options.score)), 1.0};
   if (options.seen_from.empty()) return seen;
   std::vector<Trajectory> ways;
@@ -157,7 +157,7 @@ Json to_json(const SE3& T) {
   return {q.w(), q.x(), q.y(), q.z(), T.translation.x(), T.translation.y(), T.translation.z()};
 }
 
-void print_score(const Options& options) {
+void print_mesh_score(const MeshOptions& options) {
   viewer::Mesh mesh;
   for (const std::string& file : options.estimates) append(read_mesh(file), mesh);
   SE3 T_reference_estimate = placement(options);
@@ -195,7 +195,7 @@ void print_score(const Options& options) {
 }  // namespace
 
 void add_mesh_command(CLI::App& app) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<MeshOptions>();
   CLI::App* command =
       app.add_subcommand("mesh", "a mesh against the world's: distances both ways, and labels");
   command->add_option("--estimate", options->estimates, "PLY files in one frame; several are taken together")
@@ -230,7 +230,7 @@ void add_mesh_command(CLI::App& app) {
       ->check(CLI::Range(0.01, 1e6))
       ->capture_default_str();
   command->add_option("--placed", options->placed, "write the mesh, placed, to this PLY file");
-  command->callback([options] { print_score(*options); });
+  command->callback([options] { print_mesh_score(*options); });
 }
 
 }  // namespace covey

@@ -28,7 +28,7 @@ using RowMajor9f = Eigen::Matrix<float, 9, 9, Eigen::RowMajor>;
 constexpr Utime kStateEveryUs = 500'000;  // states between two images say nearly the same
 constexpr std::array kSpansS = {1, 10, 60};
 
-struct Options {
+struct OdometryOptions {
   std::string estimate;
   std::string reference;
   std::string log;
@@ -66,7 +66,7 @@ Beliefs read_beliefs(const std::string& file) {
   return beliefs;
 }
 
-void print_odometry(const Options& options) {
+void print_odometry(const OdometryOptions& options) {
   const TrajectoryPair pair{read_tum(options.estimate), read_tum(options.reference)};
   const TrajectoryError error = trajectory_error(pair);
   if (error.matched == 0)
@@ -97,7 +97,7 @@ void print_odometry(const Options& options) {
 }  // namespace
 
 void add_odometry_command(CLI::App& app) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<OdometryOptions>();
   CLI::App* command = app.add_subcommand(
       "odometry", "error of one robot's odometry, its drift, and whether it knows how wrong it is");
   command->add_option("--estimate", options->estimate, "TUM file: the --tum file of vio")->required();

@@ -19,7 +19,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr int kAnchor = 0;
 
-struct Options {
+struct OnlineOptions {
   std::vector<std::string> logs;
   std::vector<std::string> references;
 };
@@ -42,7 +42,7 @@ Json to_json(const TrajectoryError& error, int keyframes) {
   return json;
 }
 
-void print_online(const Options& options) {
+void print_online(const OnlineOptions& options) {
   if (options.logs.size() != options.references.size()) {
     throw_input_error("--log has {} files and --reference {}; give one of each for every robot",
                       options.logs.size(), options.references.size());
@@ -69,7 +69,7 @@ void print_online(const Options& options) {
 }  // namespace
 
 void add_online_command(CLI::App& app) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<OnlineOptions>();
   CLI::App* command = app.add_subcommand(
       "online",
       "error of the poses that each robot believed when it took its keyframes; one alignment for all");

@@ -15,13 +15,13 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-struct Options {
+struct RadioOptions {
   std::string log;
 };
 
 Json to_json(const RadioSum& sum) { return {{"packets", sum.packets}, {"bytes", sum.bytes}}; }
 
-void print_account(const Options& options) {
+void print_account(const RadioOptions& options) {
   RadioAccount account;
   std::optional<Utime> first;
   Utime last = 0;
@@ -52,7 +52,7 @@ void print_account(const Options& options) {
 }  // namespace
 
 void add_radio_command(CLI::App& app) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<RadioOptions>();
   CLI::App* command = app.add_subcommand(
       "radio", "bytes on the air by module, robot and channel; whole datagrams, each counted once");
   command->add_option("--log", options->log, "lcm-logger's log of the radio's bus")->required();

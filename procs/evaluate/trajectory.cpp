@@ -13,7 +13,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-struct Options {
+struct TrajectoryOptions {
   std::vector<std::string> estimates;
   std::vector<std::string> references;
   std::vector<std::string> joint;  // estimate, reference, estimate, reference, ...
@@ -34,7 +34,7 @@ Json to_json(const TrajectoryError& error) {
 }
 
 // The pairs of --estimate and --reference, then those of --joint.
-std::vector<std::array<std::string, 2>> file_pairs(const Options& options) {
+std::vector<std::array<std::string, 2>> file_pairs(const TrajectoryOptions& options) {
   if (options.estimates.size() != options.references.size()) {
     throw_input_error("--estimate has {} files and --reference {}; give one reference for each estimate",
                       options.estimates.size(), options.references.size());
@@ -52,7 +52,7 @@ std::vector<std::array<std::string, 2>> file_pairs(const Options& options) {
   return pairs;
 }
 
-void print_errors(const Options& options) {
+void print_errors(const TrajectoryOptions& options) {
   const auto files = file_pairs(options);
   std::vector<TrajectoryPair> robots;
   for (const auto& [estimate, reference] : files) robots.push_back({read_tum(estimate), read_tum(reference)});
@@ -76,7 +76,7 @@ void print_errors(const Options& options) {
 }  // namespace
 
 void add_trajectory_command(CLI::App& app) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<TrajectoryOptions>();
   CLI::App* command = app.add_subcommand(
       "trajectory", "absolute trajectory error after SE(3) alignment; several robots share one alignment");
   command->add_option("--estimate", options->estimates, "TUM files, one per robot")->required();

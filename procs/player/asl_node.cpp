@@ -12,7 +12,7 @@
 namespace covey {
 namespace {
 
-constexpr Utime kLongestBatchUs = 2'000;  // then timers and signals have their turn
+constexpr Utime kLongestReadUs = 2'000;  // then timers and signals have their turn
 
 std::size_t bytes_of(const stereo_t& stereo) { return stereo.left.size() + stereo.right.size(); }
 
@@ -53,7 +53,7 @@ Utime AslNode::due(Utime utime) const {
 }
 
 void AslNode::publish_due() {
-  const Utime until = process_.now() + kLongestBatchUs;
+  const Utime until = process_.now() + kLongestReadUs;
   std::optional<Utime> next = next_utime();
   while (next && due(*next) <= process_.now() && process_.now() < until) {
     process_.status().gauge("played_s", to_seconds(*next - first_));
