@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""bin/experiments graphs: every published pose graph, solved by one robot and by teams of 2, 3, 5 and 8, and Stata-like worlds.
+"""bin/experiments graphs: every published pose graph, solved by one robot and by teams of 2, 3, 5 and 8, Stata-like worlds, and a
+ring with a planted local minimum.
 
-Rows: "graph", "robots", "solver", "cost", "gap" (to the optimum; of robust solvers: to the best robust cost that the rows of this graph
+Rows: "graph", "robots", "solver", "start" (None: the solver's own), "cost", "gap" (to the optimum; of robust solvers: to the best robust cost that the rows of this graph
 and barc2 have), "block_updates", "rounds", "seconds", "wall_seconds", "bytes_sent", "certified_gap", "barc2" of robust solvers, and "outliers",
 the share of random loops that were added for them. rbcd stops at a gap of 1e-4, schur at 1e-6, dgnc and elected at 1e-3, but
 for Stata-like worlds (pgo --world stata, one for each seed), where "shared_loops" and "kept_shared_loops" count what is between robots.
@@ -14,7 +15,7 @@ import tempfile
 from dataclasses import dataclass
 
 from covey_tools import experiments, places
-from covey_tools.experiments import tables
+from covey_tools.experiments import ring, tables
 
 SUMMARY = "every published pose graph with 1, 2, 3, 5 and 8 robots: cost, gap, certificate, rounds, CPU, bytes"
 PROGRAMS = ("pgo",)
@@ -40,6 +41,7 @@ class Task:
     solver: str
     barc2: float | None = None
     outliers: float = 0.0
+    start: str | None = None
     repeats: int = 1  # the run with the median of seconds counts
 
 
@@ -75,6 +77,7 @@ def tasks(quick):
                 yield Task(graph, 1, "l2", repeats=3)
             else:
                 yield from (Task(graph, robots, solver) for solver in ("rbcd", "schur"))
+    yield from (Task("ring", 1, "l2"), Task("ring", 1, "l2", start="odometry"), Task("ring", ring.ROBOTS, "dgnc", ring.BARC2))
     for case in ROBUST:
         if case.quick or not quick:
             yield from (Task(case.graph, case.robots, solver, case.barc2, case.outliers) for solver in ROBUST_SOLVERS)
@@ -90,7 +93,7 @@ def run(options, say):
     wanted = [task for task in wanted if not options.graph or task.graph in options.graph]
     for number, task in enumerate(wanted, 1):
         try:
-            row = _measure(task, _source(task, options.data), rows)
+            row = _measure(task, options.data, rows)
         except _NotMeasured as reason:
             notes.append(f"{task.graph}, {task.robots or 'all'} robots, {task.solver}: {reason}")
             say(f"[{number}/{len(wanted)}] {notes[-1]}")
@@ -105,40 +108,46 @@ class _NotMeasured(Exception):
     pass
 
 
-def _source(task, data):
-    """The arguments of pgo that name the graph."""
+def _source(task, data, folder):
+    """The arguments of pgo that name the graph; what is made up is written into the folder."""
     if task.graph in STATA:
         return ["--world", "stata", "--seed", str(STATA[task.graph])]
+    if task.graph == "ring":
+        path = os.path.join(folder, "ring.g2o")
+        ring.write(path)
+        return ["--graph", path]
     path = os.path.join(data, "pose_graphs", "tunnels" if task.graph == "tunnels" else f"{task.graph}.g2o")
     if not os.path.exists(path):
         raise _NotMeasured(f"{path} is not there")
     return ["--graph", path]
 
 
-def _measure(task, source, rows):
-    found = sorted((_solve(task, source, rows) for _ in range(task.repeats)), key=lambda report: report["seconds"])
+def _measure(task, data, rows):
+    found = sorted((_solve(task, data, rows) for _ in range(task.repeats)), key=lambda report: report["seconds"])
     report = found[len(found) // 2]
-    row = {"graph": task.graph}
+    row = {"graph": task.graph, "start": task.start}
     for key in ("robots", "solver", "cost", "gap", "block_updates", "rounds", "seconds", "wall_seconds", "bytes_sent",
                 "certified_gap", "barc2", "shared_loops", "kept_shared_loops"):
         row[key] = report.get(key)
     return row | {"outliers": task.outliers}
 
 
-def _solve(task, source, rows):
+def _solve(task, data, rows):
     with tempfile.TemporaryDirectory() as folder:
         out = os.path.join(folder, "report.json")
-        arguments = [*source, "--solver", task.solver, "--certify", "--json", out]
+        arguments = [*_source(task, data, folder), "--solver", task.solver, "--certify", "--json", out]
         if task.robots:
             arguments += ["--robots", str(task.robots)]
         if task.barc2:
             arguments += ["--barc2", str(task.barc2)]
         if task.outliers:
             arguments += ["--outliers", str(task.outliers)]
+        if task.start:
+            arguments += ["--start", task.start]
         optimum = _reference_cost(task, rows)
         if optimum:
             arguments += ["--optimum", repr(optimum)]
-            if task.solver in GAPS and task.graph not in STATA:
+            if task.solver in GAPS and task.graph not in (*STATA, "ring"):
                 arguments += ["--gap", str(GAPS[task.solver])]
         program = os.path.join(places.build_folder(), "bin", "pgo")
         try:
@@ -155,6 +164,9 @@ def _solve(task, source, rows):
 
 def _reference_cost(task, rows):
     """The optimum, or for a robust solver the central one's cost."""
+    if task.graph == "ring":
+        optimum = _find(rows, "ring", "l2")
+        return optimum["cost"] if optimum else None
     if task.solver not in ROBUST_SOLVERS:
         return OPTIMA[task.graph]
     central = RobustCase(task.graph, task.robots, task.barc2, task.outliers).row(rows, "gnc")
@@ -162,9 +174,9 @@ def _reference_cost(task, rows):
 
 
 def shows(rows):
-    """What issue 4 wants of these graphs: (sentence, figures, True, False or None where it was not measured)."""
+    """What is wanted of these graphs: (sentence, figures, True, False or None where it was not measured)."""
     return [_optima(rows), _central_seconds(rows), _rbcd_gap(rows), _rbcd_updates(rows), _rbcd_seconds(rows), _schur(rows),
-            _bytes(rows), _stata(rows), _central_certificates(rows), _team_certificates(rows)]
+            _bytes(rows), _stata(rows), _central_certificates(rows), _team_certificates(rows), _planted_bound(rows), _planted_agreement(rows)]
 
 
 def _find(rows, graph, solver, robots=None):
@@ -269,6 +281,24 @@ def _team_certificates(rows):
     return _judge("certified gap of what teams end with at most 1e-3 (the largest over team sizes)", figures, 1e-3, wanted)
 
 
+def _planted(rows):
+    """Of the ring's local minimum, as one robot and as a team found it: {name: (certified gap, true gap)}, both as parts of its cost."""
+    found = {"central": next((row for row in rows if row["graph"] == "ring" and row["start"] == "odometry"), None),
+             "team": _find(rows, "ring", "dgnc")}
+    return {name: (row["certified_gap"], row["gap"] / (1.0 + row["gap"])) for name, row in found.items() if row and row["gap"] is not None}
+
+
+def _planted_bound(rows):
+    figures = {name: true / certified if true > 0.1 else float("inf") for name, (certified, true) in _planted(rows).items()}
+    return _judge("at a planted local minimum the certified gap is at least the true one (true by certified)", figures, 1.0, ("central", "team"))
+
+
+def _planted_agreement(rows):
+    planted = _planted(rows)
+    figures = {"apart": abs(planted["team"][0] / planted["central"][0] - 1.0)} if len(planted) == 2 else {}
+    return _judge("... and the team's is within 5 % of the central one", figures, 0.05, ("apart",))
+
+
 def _number(value, form):
     return "" if value is None else format(value, form)
 
@@ -286,7 +316,8 @@ def markdown(rows, notes):
              "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |"]
     for row in rows:
         graph = f"{row['graph']}, {100 * row['outliers']:g} % false" if row["outliers"] else row["graph"]
-        cells = [graph, row["robots"], row["solver"], f"{row['cost']:.9g}", _number(row["gap"], ".1e"),
+        solver = f"{row['solver']} from {row['start']}" if row["start"] else row["solver"]
+        cells = [graph, row["robots"], solver, f"{row['cost']:.9g}", _number(row["gap"], ".1e"),
                  _number(row["block_updates"], "d"), _number(row["rounds"], "d"), f"{row['seconds']:.3f}",
                  f"{row['wall_seconds']:.3f}", _number(row["bytes_sent"], ","), _number(row["certified_gap"], ".1e")]
         lines.append("| " + " | ".join(map(str, cells)) + " |")

@@ -16,9 +16,9 @@ OPTIONS = ("graph", "resume")
 
 _ONE_ROBOT = ("l2", "pcm", "gnc", "pcm+gnc")
 _THREE_ROBOTS = ("l2", "pcm", "gnc", "pcm+gnc", "gnc-naive", "dgnc", "pcm+dgnc", "dgnc-naive")
-_DISTRIBUTED = ("pcm+dgnc", "dgnc-naive", "elected")  # robust ones beside dgnc
+_DISTRIBUTED = ("pcm+dgnc", "dgnc-naive", "dgnc-es", "elected")  # robust ones beside dgnc
 _OTHERS = ("mit", "sphere2500")
-_KITTI = (*_THREE_ROBOTS[1:], "elected")
+_KITTI = (*_THREE_ROBOTS[1:], "dgnc-es", "elected")
 _KEYS = ("graph", "robots", "outliers", "seed", "probability", "barc2", "solver", "start")
 
 
@@ -162,9 +162,10 @@ def _intel_verdicts(rows):
     lowest = min(strict, key=strict.get)
     lines.append(tables.verdict("the same at threshold 99 %: dgnc's recall is at least 0.99", strict[lowest] >= 0.99,
                                 f"Lowest median {strict[lowest]:.4f} at {tables.percent(lowest[0])} outliers"))
-    at_70 = {key: value for key, value in dgnc.items() if key[0] == 0.7}
-    lines.append(tables.verdict("the same at 70 % outliers: dgnc's ATE is at most 0.10 m", all(value <= 0.1 for value in at_70.values()),
-                                ", ".join(f"{tables.number(value)} m at {tables.percent(key[1])}" for key, value in at_70.items())))
+    if (0.7, 0.99) in dgnc:
+        others = ", ".join(f"{tables.percent(key[1])} {tables.number(value)} m" for key, value in dgnc.items() if key[0] == 0.7 and key[1] != 0.99)
+        lines.append(tables.verdict("the same at threshold 99 % and 70 % outliers: dgnc's ATE is at most 0.10 m", dgnc[0.7, 0.99] <= 0.1,
+                                    f"Median {tables.number(dgnc[0.7, 0.99])} m (not judged, at other thresholds: {others or 'not measured'})"))
     return lines
 
 
@@ -177,10 +178,17 @@ def _paper_verdicts(rows):
         return []
     medians = ", ".join(f"{solver} {tables.number(value)}" for solver, value in ate.items())
     lost = {solver: sum(value > 1.0 for value in tables.values(at_99[solver], "ate_m")) for solver in ("gnc", "gnc-naive", "dgnc", "dgnc-naive")}
-    runs = len(at_99["gnc"])
-    return [tables.verdict("the paper's ordering at 70 % outliers and 99 %: from the naive start most runs fail (ATE above 1 m), from the robust start none",
-                           min(lost["gnc-naive"], lost["dgnc-naive"]) > runs / 2 and lost["gnc"] == lost["dgnc"] == 0,
-                           f"Failed of {runs}: {', '.join(f'{solver} {count}' for solver, count in lost.items())}. Median ATE: {medians}"),
+
+    def naive(solver):
+        runs = len(at_99[solver])
+        return (lost[f"{solver}-naive"] > runs / 2 and lost[solver] == 0,
+                f"Failed of {runs}: {solver}-naive {lost[f'{solver}-naive']}, {solver} {lost[solver]}.")
+
+    central, of_central = naive("gnc")
+    return [tables.verdict("the paper's ordering at 70 % outliers and 99 %, by the central solver as there: from the naive start most runs fail "
+                           "(ATE above 1 m), from the robust start none", central,
+                           f"{of_central} The paper's GTSAM solves from the start anew at each mu, gnc goes on from where it is. Median ATE: {medians}"),
+            tables.verdict("the same by the team", *naive("dgnc")),
             tables.verdict("the same: PCM loses inliers (recall below gnc's)", recall["pcm"] < recall["gnc"],
                            f"Recall pcm {recall['pcm']:.4f}, gnc {recall['gnc']:.4f}")]
 

@@ -25,7 +25,7 @@ OPTIONS = ("motion", "sequences", "seconds", "cache")
 
 QUICK_SECONDS = 20.0
 CONFIG = os.path.join(places.ROOT, "configs", "robots", "euroc.yaml")  # one for all
-# m; what issue 5 wants of whole flights.
+# m; wanted of whole flights.
 ATE_LIMITS = {"V1_01": 0.04, "V1_02": 0.04, "V1_03": 0.06, "MH_01": 0.05, "MH_03": 0.07, "MH_04": 0.10, "MH_05": 0.10, "mh01_clip": 0.006}
 MEAN_LIMIT = 0.055
 _FLOWN = ("imu0.csv.gz", "groundtruth.csv.gz")
