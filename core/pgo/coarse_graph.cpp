@@ -6,6 +6,7 @@
 #include <tuple>
 #include <utility>
 
+#include "core/pgo/cost.h"
 #include "core/pgo/elected_messages.h"
 #include "core/pgo/frame_tree.h"
 
@@ -131,9 +132,9 @@ class CoarseGraph {
       const int n = nodes_.at(a).nearest(loop.a.id);
       const int m = nodes_.at(b).nearest(loop.b.id);
       if (a == b && std::abs(n - m) <= 1) continue;
-      const SE3 T_a_b = (*T_W_A * problem_.starts[a.segment].T_S_K[loop.a.id]).inverse() * *T_W_B *
-                        problem_.starts[b.segment].T_S_K[loop.b.id];
-      if (squared_residual(T_a_b, loop) > options_.barc2) continue;
+      const SE3 T_W_a = *T_W_A * problem_.starts[a.segment].T_S_K[loop.a.id];
+      const SE3 T_W_b = *T_W_B * problem_.starts[b.segment].T_S_K[loop.b.id];
+      if (squared_residual(loop.T_A_B, loop.precision, T_W_a, T_W_b) > options_.barc2) continue;
       const KeyframeName from = name(a, n);
       const KeyframeName to = name(b, m);
       const int keyframes =
@@ -144,12 +145,6 @@ class CoarseGraph {
                                   seen_from(keyframes, loop.precision)});
     }
     for (const auto& [ends, edge] : edges) coarse.private_loops.push_back(edge);
-  }
-
-  static double squared_residual(const SE3& T_a_b, const GraphLoop& loop) {
-    const double angle = (loop.T_A_B.rotation.inverse() * T_a_b.rotation).log().norm();
-    return 2.0 * loop.precision.kappa * angle * angle +
-           loop.precision.tau * (T_a_b.translation - loop.T_A_B.translation).squaredNorm();
   }
 
   // The loops between two pieces, the first the lower robot's.

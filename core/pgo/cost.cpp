@@ -8,12 +8,16 @@
 
 namespace covey::pgo {
 
+double squared_residual(const SE3& T_A_B, const Precision& precision, const SE3& T_W_A, const SE3& T_W_B) {
+  // |R_B - R_A R_AB|_F^2 = |I - E|_F^2 = 8 sin^2(angle / 2) with E = (R_A R_AB)^-1 R_B, whose quaternion's vector part has the
+  // norm sin(angle / 2). This keeps small angles to full precision.
+  const SO3 E = (T_W_A.rotation * T_A_B.rotation).inverse() * T_W_B.rotation;
+  const Eigen::Vector3d dt = T_W_B.translation - T_W_A * T_A_B.translation;
+  return 8.0 * precision.kappa * E.quaternion().vec().squaredNorm() + precision.tau * dt.squaredNorm();
+}
+
 double squared_residual(const Edge& edge, const SE3& T_from, const SE3& T_to) {
-  // |R_to - R_from R|_F^2 = |I - E|_F^2 = 8 sin^2(angle / 2) with E = (R_from R)^-1 R_to, whose quaternion's
-  // vector part has the norm sin(angle / 2). This keeps small angles to full precision.
-  const SO3 E = (T_from.rotation * edge.measurement.rotation).inverse() * T_to.rotation;
-  const Eigen::Vector3d dt = T_to.translation - T_from * edge.measurement.translation;
-  return 8.0 * edge.kappa * E.quaternion().vec().squaredNorm() + edge.tau * dt.squaredNorm();
+  return squared_residual(edge.measurement, {edge.kappa, edge.tau}, T_from, T_to);
 }
 
 std::vector<double> squared_residuals(const PoseGraph& graph, const Poses& poses) {

@@ -6,11 +6,13 @@
 
 #include <vector>
 
+#include "core/pgo/edge_noise.h"
 #include "core/pgo/pose_graph.h"
 
 namespace covey::pgo {
 
-// kappa |R_to - R_from R|_F^2 + tau |t_to - t_from - R_from t|^2
+// kappa |R_B - R_A R_AB|_F^2 + tau |t_B - t_A - R_A t_AB|^2
+double squared_residual(const SE3& T_A_B, const Precision& precision, const SE3& T_W_A, const SE3& T_W_B);
 double squared_residual(const Edge& edge, const SE3& T_from, const SE3& T_to);
 std::vector<double> squared_residuals(const PoseGraph& graph, const Poses& poses);  // per edge
 

@@ -309,8 +309,7 @@ double deciding_residual_sq(const SE3& T_A_B, const Precision& precision, const 
   if (options.packing.full_covariances) {
     return mahalanobis_sq(T_A_B, deciding_covariance(covariance, options.noise), T_W_A, T_W_B);
   }
-  return squared_residual({{}, {}, T_A_B, precision.kappa, precision.tau, EdgeKind::kLoop, false}, T_W_A,
-                          T_W_B);
+  return squared_residual(T_A_B, precision, T_W_A, T_W_B);
 }
 
 Gathered solve_parts(const std::vector<dpgo_graph_t>& parts, const ElectedOptions& options) {

@@ -8,17 +8,6 @@
 #include "core/pgo/cost.h"
 
 namespace covey::pgo {
-namespace {
-
-double squared_residual(const SE3& T_A_B, const Precision& precision, const SE3& T_W_A, const SE3& T_W_B) {
-  Edge edge;
-  edge.measurement = T_A_B;
-  edge.kappa = precision.kappa;
-  edge.tau = precision.tau;
-  return pgo::squared_residual(edge, T_W_A, T_W_B);
-}
-
-}  // namespace
 
 std::vector<SegmentResult> placed_segments(const AgreedProblem& problem, const std::vector<SE3>& T_root_K) {
   const SE3 T_W_root = problem.root_pose();
