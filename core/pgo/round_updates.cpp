@@ -152,8 +152,8 @@ void RoundUpdates::send_first(RoundMail& mail) const {
   mail.send(std::move(m));
 }
 
-// Loops within a segment that its robot has just solved by them, and that nobody has bent since, are decided but for what the others know better: they need
-// no surrogate that is convex where they are.
+// Loops by which a robot has just solved their segment, unbent since, are decided: they need no surrogate that is convex where
+// they are.
 double RoundUpdates::largest_open_residual() const {
   double largest_r2 = largest(shared_residuals());
   const Eigen::VectorXd r2 = private_residuals(results_.front());
