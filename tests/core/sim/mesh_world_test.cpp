@@ -194,15 +194,19 @@ int corners(const stereo_t& stereo) {
   return static_cast<int>(cells.size());
 }
 
-TEST_CASE("every view along a town's streets has 150 corners in places of their own") {
-  const MeshWorld town = make_town();
-  Rig rig = lens_rig();
-  // Forward along x of the body, up along its z.
+// One camera, that looks along x of the body from so far above it, with z upwards.
+Rig forward_camera(double above) {
   Eigen::Matrix3d R_B_C;
   R_B_C << 0, 0, 1, -1, 0, 0, 0, -1, 0;
-  rig.left.T_B_C = {SO3::from_matrix(R_B_C), {0, 0, 0.5}};
+  Rig rig = lens_rig();
+  rig.left.T_B_C = {SO3::from_matrix(R_B_C), {0, 0, above}};
   rig.right.reset();
-  SensorCameras cameras(town, rig);
+  return rig;
+}
+
+TEST_CASE("every view along a town's streets has 150 corners in places of their own") {
+  const MeshWorld town = make_town();
+  SensorCameras cameras(town, forward_camera(0.5));
   int views = 0;
   int fewest = 10'000;
   for (const auto& [first, second] : town.roads.roads) {
@@ -225,12 +229,7 @@ TEST_CASE("every view along a town's streets has 150 corners in places of their 
 TEST_CASE("every view from a flight through a hall has 100 corners in places of their own") {
   const std::vector<Vector3d> places = flight();
   const MeshWorld hall = make_hall({.flown_W = places});
-  Rig rig = lens_rig();
-  Eigen::Matrix3d R_B_C;
-  R_B_C << 0, 0, 1, -1, 0, 0, 0, -1, 0;
-  rig.left.T_B_C = {SO3::from_matrix(R_B_C), {0, 0, 0}};
-  rig.right.reset();
-  SensorCameras cameras(hall, rig);
+  SensorCameras cameras(hall, forward_camera(0.0));
   int fewest = 10'000;
   for (std::size_t k = 0; k < places.size(); k += 60) {
     const SE3 T_W_B{SO3::exp(Vector3d(0, 0, 0.05 * static_cast<double>(k))), places[k]};
