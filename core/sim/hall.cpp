@@ -5,9 +5,9 @@
 #include <numbers>
 
 #include "core/base/error.h"
-#include "core/sim/mesh_builder.h"
 #include "core/sim/mesh_world.h"
 #include "core/sim/surfaces.h"
+#include "core/sim/walled_world.h"
 
 namespace covey::sim {
 namespace {
@@ -23,17 +23,6 @@ constexpr double kFloorAway = 0.5;    // of the lowest
 constexpr double kCell = 2.6;         // side of the squares of floor that may hold one thing each
 constexpr double kTallest = 4.5;      // of what stands free
 constexpr double kLowest = 0.25;      // lower things are not worth their place
-constexpr int kPosterSheets = 6;
-
-struct Palette {
-  int floor, ceiling;
-  std::array<int, 5> walls;
-  std::array<int, 3> steel;
-  std::array<int, 3> machines;
-  std::array<int, 4> carton;
-  std::array<int, 2> planks;
-  std::array<int, kPosterSheets> posters;
-};
 
 AlignedBox3d box_around(const std::vector<Vector3d>& flown_W) {
   AlignedBox3d box;
@@ -43,90 +32,44 @@ AlignedBox3d box_around(const std::vector<Vector3d>& flown_W) {
   return box;
 }
 
-class Hall {
+class Hall : private WalledWorld {
  public:
   explicit Hall(const HallOptions& options)
-      : options_(options),
-        random_(mix_seeds(options.seed, 0)),
-        builder_("euroc-mh", options.texture_side),
-        palette_(paint(options)),
-        box_(box_around(options.flown_W)) {}
+      : WalledWorld({"euroc-mh", options.seed, options.texture_side, box_around(options.flown_W), 185.0}),
+        options_(options),
+        paving_(paint(paint_paving)),
+        ceiling_(paint(paint_tiles)) {
+    for (std::size_t k = 0; k < walls_.size(); ++k) {
+      const Facade facade{.storeys = 2, .windows = 2 + static_cast<int>(k + 2) % 3, .has_door = false};
+      walls_[k] = paint([&](int side, Random& random) { return paint_facade(side, random, facade); });
+    }
+    for (int& layer : steel_) layer = paint(paint_steel);
+    for (int& layer : machines_) layer = paint(paint_bodywork);
+    for (int& layer : carton_) layer = paint(paint_carton);
+    for (int& layer : planks_) layer = paint(paint_planks);
+    paint_pictures();
+  }
 
   MeshWorld build() {
-    shell();
-    for (int wall = 0; wall < 4; ++wall) hang_posters(wall);
+    lay_floor_and_ceiling(paving_, ceiling_, 3.0);
+    for (int wall = 0; wall < 4; ++wall) clad(wall);
+    for (int wall = 0; wall < 4; ++wall) hang_pictures(wall);
     beams();
-    const double width = box_.sizes().x() - 1.0;
-    const double depth = box_.sizes().y() - 1.0;
+    const double width = bounds().sizes().x() - 1.0;
+    const double depth = bounds().sizes().y() - 1.0;
     const int columns = std::max(1, static_cast<int>(width / kCell));
     const int rows = std::max(1, static_cast<int>(depth / kCell));
     for (int column = 0; column < columns; ++column) {
       for (int row = 0; row < rows; ++row) {
-        const Vector2d place(box_.min().x() + 0.5 + (column + 0.5) * width / columns,
-                             box_.min().y() + 0.5 + (row + 0.5) * depth / rows);
+        const Vector2d place(bounds().min().x() + 0.5 + (column + 0.5) * width / columns,
+                             bounds().min().y() + 0.5 + (row + 0.5) * depth / rows);
         furnish(place);
       }
     }
-    return std::move(builder_.world());
+    return std::move(builder().world());
   }
 
  private:
-  Palette paint(const HallOptions& options) {
-    std::uint64_t number = 0;
-    const auto add = [&](const auto& painter) {
-      Random random(mix_seeds(options.seed, ++number));
-      return builder_.add_texture(painter(options.texture_side, random));
-    };
-    Palette palette = {};
-    palette.floor = add(paint_paving);
-    palette.ceiling = add(paint_tiles);
-    for (int& layer : palette.walls) {
-      const Facade facade{.storeys = 2, .windows = 2 + static_cast<int>(number % 3), .has_door = false};
-      layer = add([&](int side, Random& random) { return paint_facade(side, random, facade); });
-    }
-    for (int& layer : palette.steel) layer = add(paint_steel);
-    for (int& layer : palette.machines) layer = add(paint_bodywork);
-    for (int& layer : palette.carton) layer = add(paint_carton);
-    for (int& layer : palette.planks) layer = add(paint_planks);
-    for (int& layer : palette.posters) layer = add(paint_posters);
-    return palette;
-  }
-
-  template <std::size_t N>
-  Material any(const std::array<int, N>& layers, Label label, double metres) {
-    return {layers[static_cast<std::size_t>(random_.below(N))], label, metres, tint()};
-  }
-  viewer::Rgb tint() {
-    const auto channel = [&] { return static_cast<std::uint8_t>(random_.uniform(185.0, 255.0)); };
-    return {channel(), channel(), channel()};
-  }
-
-  double floor() const { return box_.min().z(); }
-  double height() const { return box_.sizes().z(); }
-
-  // Where wall number `wall` begins, looking at it from inside: x along it to the right, y out of the hall through it, z up.
-  Isometry3d wall_pose(int wall) const {
-    const Vector3d& low = box_.min();
-    const Vector3d& high = box_.max();
-    const std::array<Vector3d, 4> corners = {
-        Vector3d(low.x(), high.y(), low.z()), Vector3d(high.x(), high.y(), low.z()),
-        Vector3d(high.x(), low.y(), low.z()), Vector3d(low.x(), low.y(), low.z())};
-    return Eigen::Translation3d(corners[static_cast<std::size_t>(wall)]) *
-           Eigen::AngleAxisd(-0.5 * std::numbers::pi * wall, Vector3d::UnitZ());
-  }
-  double wall_length(int wall) const { return box_.sizes()[wall % 2]; }
-
-  void shell() {
-    const Vector3d& low = box_.min();
-    const Vector3d& high = box_.max();
-    builder_.ground({low.head<2>(), high.head<2>()}, floor(),
-                    {palette_.floor, Label::kFloor, 3.0, {255, 255, 255}}, {0.0, 0.0});
-    builder_.quad({Vector3d(low.x(), low.y(), high.z()), Vector3d(low.x(), high.y(), high.z()),
-                   Vector3d(high.x(), high.y(), high.z()), Vector3d(high.x(), low.y(), high.z())},
-                  Material{palette_.ceiling, Label::kCeiling, 3.0, {255, 255, 255}});
-    for (int wall = 0; wall < 4; ++wall) clad(wall);
-  }
-
   // Bays of about 5 m, each with a front of its own.
   void clad(int wall) {
     const Isometry3d T_W_wall = wall_pose(wall);
@@ -136,48 +79,31 @@ class Hall {
     for (int bay = 0; bay < bays; ++bay) {
       const auto at = [&](double x, double z) { return Vector3d(T_W_wall * Vector3d(x, 0.0, z)); };
       const double left = bay * width;
-      builder_.quad({at(left, height()), at(left, 0), at(left + width, 0), at(left + width, height())},
-                    {0.0, 1.0 - storeys, 1.0, storeys}, any(palette_.walls, Label::kWall, width));
+      builder().quad({at(left, height()), at(left, 0), at(left + width, 0), at(left + width, height())},
+                     {0.0, 1.0 - storeys, 1.0, storeys}, any(walls_, Label::kWall, width));
     }
   }
 
-  Patch next_picture(int& layer) {
-    const int number = pictures_++ % (kPosterSheets * kPostersOnSheet);
-    layer = palette_.posters[static_cast<std::size_t>(number % kPosterSheets)];
-    return poster_patch(number / kPosterSheets);
-  }
-
   // Signs in rows up the walls, 2 cm proud of them.
-  void hang_posters(int wall) {
+  void hang_pictures(int wall) {
     const Isometry3d T_W_wall = wall_pose(wall);
     for (double row = 0.6; row < height() - 1.6; row += 2.1) {
-      for (double x = random_.uniform(0.3, 1.2); x < wall_length(wall) - 1.6;) {
-        const double width = random_.uniform(0.7, 1.4);
-        const double tall = random_.uniform(0.7, 1.3);
-        const double bottom = row + random_.uniform(0.0, 0.5);
-        const auto at = [&](double right, double up) {
-          return Vector3d(T_W_wall * Vector3d(x + right, -0.02, bottom + up));
-        };
-        int layer = 0;
-        const Patch patch = next_picture(layer);
-        builder_.quad({at(0, tall), at(0, 0), at(width, 0), at(width, tall)}, patch,
-                      {layer, Label::kWall, 1.0, tint()});
-        x += width + random_.uniform(0.3, 1.6);
+      for (double x = random().uniform(0.3, 1.2); x < wall_length(wall) - 1.6;) {
+        const double width = random().uniform(0.7, 1.4);
+        const double tall = random().uniform(0.7, 1.3);
+        hang_picture(T_W_wall, 0.02, x, row + random().uniform(0.0, 0.5), width, tall);
+        x += width + random().uniform(0.3, 1.6);
       }
     }
   }
 
   // Under the ceiling, across the hall.
   void beams() {
-    const double top = box_.max().z();
-    for (double x = box_.min().x() + 1.5; x < box_.max().x() - 1.0; x += 3.0) {
-      box(Isometry3d::Identity(), {x, box_.min().y(), top - 0.5}, {x + 0.3, box_.max().y(), top - 0.02},
-          any(palette_.steel, Label::kCeiling, 1.0));
+    const double top = bounds().max().z();
+    for (double x = bounds().min().x() + 1.5; x < bounds().max().x() - 1.0; x += 3.0) {
+      box(Isometry3d::Identity(), {x, bounds().min().y(), top - 0.5},
+          {x + 0.3, bounds().max().y(), top - 0.02}, any(steel_, Label::kCeiling, 1.0));
     }
-  }
-
-  void box(const Isometry3d& T_W_F, const Vector3d& low, const Vector3d& high, const Material& material) {
-    builder_.box(T_W_F, low, high, material, material);
   }
 
   // How tall what stands within `radius` of a place may be; endless where nobody flies above.
@@ -191,15 +117,15 @@ class Hall {
   }
 
   void furnish(const Vector2d& cell) {
-    const double radius = random_.uniform(0.6, 1.05);
+    const double radius = random().uniform(0.6, 1.05);
     const double slack = 0.5 * kCell - radius;
-    const Vector2d place = cell + Vector2d(random_.uniform(-slack, slack), random_.uniform(-slack, slack));
+    const Vector2d place = cell + Vector2d(random().uniform(-slack, slack), random().uniform(-slack, slack));
     const double most = room_above(place, radius);
     const Isometry3d T_W_F = Eigen::Translation3d(place.x(), place.y(), floor()) *
-                             Eigen::AngleAxisd(random_.uniform(0.0, std::numbers::pi), Vector3d::UnitZ());
-    const int kind = random_.below(6);
+                             Eigen::AngleAxisd(random().uniform(0.0, std::numbers::pi), Vector3d::UnitZ());
+    const int kind = random().below(6);
     if (most < kLowest || kind == 5) return sign_on_floor(T_W_F, radius);
-    const double tall = std::min(most, random_.uniform(0.8, kTallest));
+    const double tall = std::min(most, random().uniform(0.8, kTallest));
     if (kind == 4 && most > height()) return pillar(place);
     if (kind == 0 || kind == 4) return machine(T_W_F, radius, tall);
     if (kind == 1) return tank(place, radius, tall);
@@ -210,10 +136,7 @@ class Hall {
   void sign_on_floor(const Isometry3d& T_W_F, double radius) {
     const double half = 0.7 * radius;
     const auto at = [&](double x, double y) { return Vector3d(T_W_F * Vector3d(x, y, 0.01)); };
-    int layer = 0;
-    const Patch patch = next_picture(layer);
-    builder_.quad({at(-half, half), at(-half, -half), at(half, -half), at(half, half)}, patch,
-                  {layer, Label::kFloor, 1.0, tint()});
+    picture({at(-half, half), at(-half, -half), at(half, -half), at(half, half)}, Label::kFloor);
   }
 
   // The whole footprint of each of these stays within the radius.
@@ -221,25 +144,23 @@ class Hall {
     const double x = 0.8 * radius;
     const double y = 0.6 * radius;
     const double body = 0.65 * tall;
-    box(T_W_F, {-x, -y, 0.0}, {x, y, body}, any(palette_.machines, Label::kBox, 2.0));
-    box(T_W_F, {-0.5 * x, -0.7 * y, body}, {0.6 * x, 0.5 * y, 0.85 * tall},
-        any(palette_.steel, Label::kBox, 1.0));
-    box(T_W_F, {-0.2 * x, -0.3 * y, 0.85 * tall}, {0.1 * x, 0.1 * y, tall},
-        any(palette_.steel, Label::kBox, 0.7));
+    box(T_W_F, {-x, -y, 0.0}, {x, y, body}, any(machines_, Label::kBox, 2.0));
+    box(T_W_F, {-0.5 * x, -0.7 * y, body}, {0.6 * x, 0.5 * y, 0.85 * tall}, any(steel_, Label::kBox, 1.0));
+    box(T_W_F, {-0.2 * x, -0.3 * y, 0.85 * tall}, {0.1 * x, 0.1 * y, tall}, any(steel_, Label::kBox, 0.7));
   }
 
   void tank(const Vector2d& place, double radius, double tall) {
-    const Material steel = any(palette_.steel, Label::kBox, 1.3);
+    const Material steel = any(steel_, Label::kBox, 1.3);
     const double wall = 0.8 * tall;
-    builder_.prism({place.x(), place.y(), floor()}, wall, 0.9 * radius, 0.9 * radius, 12, steel);
-    builder_.prism({place.x(), place.y(), floor() + wall}, tall - wall, 0.9 * radius, 0.05, 12, steel);
+    builder().prism({place.x(), place.y(), floor()}, wall, 0.9 * radius, 0.9 * radius, 12, steel);
+    builder().prism({place.x(), place.y(), floor() + wall}, tall - wall, 0.9 * radius, 0.05, 12, steel);
   }
 
   void rack(const Isometry3d& T_W_F, double radius, double tall) {
     const double x = 0.85 * radius;
     const double y = 0.45 * radius;
-    const Material steel = any(palette_.steel, Label::kShelf, 0.6);
-    const Material planks = any(palette_.planks, Label::kShelf, 1.2);
+    const Material steel = any(steel_, Label::kShelf, 0.6);
+    const Material planks = any(planks_, Label::kShelf, 1.2);
     for (const double side : {-x, x - 0.08}) {
       for (const double front : {-y, y - 0.08})
         box(T_W_F, {side, front, 0.0}, {side + 0.08, front + 0.08, tall}, steel);
@@ -248,11 +169,11 @@ class Hall {
       box(T_W_F, {-x, -y, z}, {x, y, z + 0.05}, planks);
       const double most = std::min(0.7, tall - z - 0.05);
       for (double left = -x + 0.1; left < x - 0.5;) {
-        const double size = random_.uniform(0.3, 0.5);
+        const double size = random().uniform(0.3, 0.5);
         box(T_W_F, {left, -0.8 * y, z + 0.05},
-            {left + size, random_.uniform(0.1, 0.8) * y, z + 0.05 + random_.uniform(0.5, 0.9) * most},
-            any(palette_.carton, Label::kBox, size));
-        left += size + random_.uniform(0.04, 0.25);
+            {left + size, random().uniform(0.1, 0.8) * y, z + 0.05 + random().uniform(0.5, 0.9) * most},
+            any(carton_, Label::kBox, size));
+        left += size + random().uniform(0.04, 0.25);
       }
     }
   }
@@ -260,27 +181,29 @@ class Hall {
   void crates(const Isometry3d& T_W_F, double radius, double tall) {
     double z = 0.0;
     while (tall - z > 0.2) {
-      const double next = std::min(tall - z, random_.uniform(0.4, 0.9));
-      const double half = radius * random_.uniform(0.5, 0.7);
+      const double next = std::min(tall - z, random().uniform(0.4, 0.9));
+      const double half = radius * random().uniform(0.5, 0.7);
       const Isometry3d T_W_X = T_W_F * Eigen::Translation3d(0.0, 0.0, z) *
-                               Eigen::AngleAxisd(random_.uniform(-0.3, 0.3), Vector3d::UnitZ());
-      box(T_W_X, {-half, -half, 0.0}, {half, half, next}, any(palette_.carton, Label::kBox, 2.0 * half));
+                               Eigen::AngleAxisd(random().uniform(-0.3, 0.3), Vector3d::UnitZ());
+      box(T_W_X, {-half, -half, 0.0}, {half, half, next}, any(carton_, Label::kBox, 2.0 * half));
       z += next;
     }
   }
 
   void pillar(const Vector2d& place) {
-    const double half = random_.uniform(0.2, 0.35);
+    const double half = random().uniform(0.2, 0.35);
     box(Isometry3d(Eigen::Translation3d(place.x(), place.y(), floor())), {-half, -half, 0.0},
-        {half, half, height() - 0.5}, any(palette_.steel, Label::kPole, 1.5));
+        {half, half, height() - 0.5}, any(steel_, Label::kPole, 1.5));
   }
 
   HallOptions options_;
-  Random random_;
-  MeshBuilder builder_;
-  Palette palette_;
-  AlignedBox3d box_;
-  int pictures_ = 0;
+  int paving_;
+  int ceiling_;
+  std::array<int, 5> walls_ = {};
+  std::array<int, 3> steel_ = {};
+  std::array<int, 3> machines_ = {};
+  std::array<int, 4> carton_ = {};
+  std::array<int, 2> planks_ = {};
 };
 
 }  // namespace
