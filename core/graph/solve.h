@@ -8,6 +8,7 @@
 // not finite, or a cost that cannot be lowered, are reported in the result; they are never an error and leave
 // the values as they were.
 
+#include <functional>
 #include <string>
 
 #include "core/graph/graph.h"
@@ -22,6 +23,8 @@ struct SolveOptions {
   // Variables of this kind (Key::kind), no two of which share a factor, are eliminated first, and the system of the others is
   // solved as a dense one: for many small variables that hang on a few large ones, as landmarks do on poses. 0: sparse.
   char eliminate_first = 0;
+  // Called before each step, for who must not be silent for as long as a solve takes; not with eliminate_first.
+  std::function<void()> each_step = {};
 };
 
 struct SolveResult {

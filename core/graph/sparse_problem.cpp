@@ -109,6 +109,7 @@ SolveResult SparseProblem::solve(const SolveOptions& options) {
   result.message = "All iterations were used.";
   bool linear_here = false;
   while (result.iterations < options.max_iterations) {
+    if (options.each_step) options.each_step();
     if (!linear_here) linearise(x);
     linear_here = true;
     if (gradient_.size() == 0 || gradient_.lpNorm<Eigen::Infinity>() <= options.gradient_tolerance) {

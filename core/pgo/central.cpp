@@ -63,6 +63,7 @@ CentralResult solve_robust(const PoseGraph& graph, const Poses& start, const Rob
   graph::GncOptions gnc;
   gnc.barc_squared = options.barc2;
   gnc.mu_step = options.mu_step;
+  gnc.annealing.each_step = gnc.last.each_step = options.each_step;
   for (std::size_t e = 0; e < graph.edges.size(); ++e) {
     if (!graph.edges[e].known_inlier) gnc.candidates.push_back(e);
   }

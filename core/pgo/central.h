@@ -4,6 +4,7 @@
 // Solvers that see the whole pose graph at once: what the distributed ones are compared with. Both go downhill from the
 // start they are given (start.h) and leave the gauge where the start has it; the graph must be connected.
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -32,7 +33,8 @@ CentralResult solve_least_squares(const PoseGraph& graph, const Poses& start,
 struct RobustOptions {
   double barc2 =
       0.0;  // threshold of r^2; chi_square_quantile(probability, pose_degrees_of_freedom(dimension))
-  double mu_step = 1.4;  // growth of mu per round, as long as it is small
+  double mu_step = 1.4;                  // growth of mu per round, as long as it is small
+  std::function<void()> each_step = {};  // core/graph/solve.h
 };
 CentralResult solve_robust(const PoseGraph& graph, const Poses& start, const RobustOptions& options);
 

@@ -199,13 +199,18 @@ std::vector<ApartRobot> DgncAgent::apart(Utime now) const {
 
 void DgncAgent::tick(Utime now) {
   if (now < last_tick_) follow_clock_back(now);
+  if (now - last_tick_ > options_.beacon_us) excuse_silence(now);
   last_tick_ = now;
   watch_for_changes(now);
   const std::vector<int> robots = present_robots(now);
   if (!robots.empty() && robots.front() == robot_) lead(now);
+  say_presence(now);
+  ask_for_missing(now);
+}
+
+void DgncAgent::say_presence(Utime now) {
   if (!last_beacon_ || now - *last_beacon_ >= options_.beacon_us) say_beacon(now);
   if (!last_neighbours_ || now - *last_neighbours_ >= options_.beacon_us) say_neighbours(now);
-  ask_for_missing(now);
 }
 
 // Somebody set the clock: what was noted in its future would hold everything up until it has come that far again.
@@ -219,6 +224,13 @@ void DgncAgent::follow_clock_back(Utime now) {
   last_beacon_.reset();
   last_neighbours_.reset();
   last_resend_.clear();
+}
+
+// Nor has the round stood still for that long.
+void DgncAgent::excuse_silence(Utime now) {
+  const Utime deaf_us = now - last_tick_;
+  presence_.excuse(deaf_us, now);
+  last_progress_ = std::min(last_progress_ + deaf_us, now);
 }
 
 void DgncAgent::watch_for_changes(Utime now) {

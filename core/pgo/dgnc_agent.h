@@ -23,6 +23,9 @@
 // A robot that has ended a round waits for the others to end it, too, unless a member has left or was restarted, who may
 // have taken with it what they miss: then it takes another round.
 //
+// A robot may be deaf for a while: while it solves alone, or because its computer stood still. The silence of others in that
+// time does not count. While it solves, options.dgnc.meanwhile lets it say that it is there (say_presence).
+//
 // Repair. Who waits asks for what is missing every request_us; the asked one repeats it, also when it has ended the round.
 //
 // Starts are warm: a segment that has a solution starts from it, with newer keyframes chained on by odometry, so that
@@ -91,7 +94,8 @@ class DgncAgent {
   const char* receive(const AgentMessage& message, Utime now);
 
   void tick(Utime now);
-  bool advance(Utime now);  // true when it did something; call again
+  bool advance(Utime now);       // true when it did something; call again
+  void say_presence(Utime now);  // part of tick; for options.dgnc.meanwhile
 
   // From a log, what this robot said then: the run's name and the rounds it opened were decided by a clock that is gone. From
   // the first call on it opens no round by itself.
@@ -126,6 +130,7 @@ class DgncAgent {
   bool member_lost(Utime now) const;
   bool something_new(Utime now) const;
   void follow_clock_back(Utime now);
+  void excuse_silence(Utime now);
   void watch_for_changes(Utime now);
   void lead(Utime now);
   void open_round(Utime now);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 
 #include "core/pgo/block_solver.h"
 #include "core/pgo/edge_noise.h"
@@ -45,6 +46,8 @@ struct DgncOptions {
   bool local_start = true;  // segments that come from odometry alone are first solved by their own loops
   double rounding =
       0.001;  // of the poses that are sent: what it may cost, as a part of what an update gains; a tenth in the end
+  // Called again and again while this robot solves something by itself: starts, or what it was elected for.
+  std::function<void()> meanwhile = {};
   BlockSolverOptions block{.max_outer = 1, .max_inner = 20};  // more per update costs time and gains nothing
 };
 

@@ -17,7 +17,8 @@ namespace {
 OpeningOptions opening_options(const DgncOptions& options) {
   const bool dgnc = options.solver == RoundSolver::kDgnc;
   OpeningOptions opening{common_hash(options), options.alignment, dgnc, {}};
-  if (dgnc && options.robust && options.local_start) opening.local_barc2 = options.barc2;
+  if (dgnc && options.robust && options.local_start)
+    opening.local = RobustOptions{.barc2 = options.barc2, .each_step = options.meanwhile};
   return opening;
 }
 
@@ -27,6 +28,7 @@ ElectedOptions elected_options(const DgncOptions& options) {
   elected.barc2 = options.barc2;
   elected.noise = options.noise;
   elected.alignment = options.alignment;
+  elected.each_step = options.meanwhile;
   return elected;
 }
 

@@ -146,13 +146,17 @@ Selection select(const Whole& whole, const StartFrames& frames, const Poses& odo
 // As the cost of the selection has it; the pose `gauge` stays at its start.
 MeasuredResult solve_selection(const Selection& selection, int gauge, const ElectedOptions& options) {
   if (options.packing.full_covariances) {
-    return solve_measured(
-        selection.graph, selection.noise, selection.start,
-        {.noise = options.noise, .barc2 = options.barc2, .mu_step = options.mu_step, .gauge = gauge});
+    return solve_measured(selection.graph, selection.noise, selection.start,
+                          {.noise = options.noise,
+                           .barc2 = options.barc2,
+                           .mu_step = options.mu_step,
+                           .each_step = options.each_step,
+                           .gauge = gauge});
   }
   MeasuredResult result;
   result.central =
-      solve_robust(selection.graph, selection.start, {.barc2 = options.barc2, .mu_step = options.mu_step});
+      solve_robust(selection.graph, selection.start,
+                   {.barc2 = options.barc2, .mu_step = options.mu_step, .each_step = options.each_step});
   result.r2 = squared_residuals(robust_form(selection.graph), result.central.poses);
   const SE3 T_back = selection.start[gauge] * result.central.poses[gauge].inverse();
   for (SE3& T : result.central.poses) T = T_back * T;

@@ -15,6 +15,7 @@
 // (pose_graph.h). With full covariances, in space, they are those of measured_noise.h, which also refines the poses; F is then
 // where it was, not the keyframe, which gravity may have turned.
 
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -29,6 +30,7 @@ struct ElectedOptions {
   NoiseOptions noise{};  // of full covariances
   double mu_step = 1.4;  // of graduated non-convexity
   AlignmentOptions alignment{.min_inliers = 1};
+  std::function<void()> each_step = {};  // core/graph/solve.h
 };
 
 struct Gathered {

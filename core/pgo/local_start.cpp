@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/pgo/local_start.h"
 
-#include "core/pgo/central.h"
-
 namespace covey::pgo {
 namespace {
 
@@ -34,12 +32,13 @@ PoseGraph graph_of(const GraphSnapshot& graph, const Segment& segment) {
 
 }  // namespace
 
-void solve_odometry_starts(const GraphSnapshot& graph, double barc2, std::vector<SegmentStart>& starts) {
+void solve_odometry_starts(const GraphSnapshot& graph, const RobustOptions& options,
+                           std::vector<SegmentStart>& starts) {
   for (std::size_t s = 0; s < graph.segments.size(); ++s) {
     if (starts[s].solution != 0) continue;
     const PoseGraph local = graph_of(graph, graph.segments[s]);
     if (local.loops() == 0) continue;
-    starts[s].T_S_K = solve_robust(local, starts[s].T_S_K, {.barc2 = barc2}).poses;
+    starts[s].T_S_K = solve_robust(local, starts[s].T_S_K, options).poses;
   }
 }
 

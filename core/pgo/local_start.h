@@ -8,10 +8,12 @@
 #include <vector>
 
 #include "core/pgo/agreed_problem.h"
+#include "core/pgo/central.h"
 
 namespace covey::pgo {
 
 // starts[s] of segments[s]: replaced where its solution is 0 and loops have both ends in it. Its first pose stays.
-void solve_odometry_starts(const GraphSnapshot& graph, double barc2, std::vector<SegmentStart>& starts);
+void solve_odometry_starts(const GraphSnapshot& graph, const RobustOptions& options,
+                           std::vector<SegmentStart>& starts);
 
 }  // namespace covey::pgo

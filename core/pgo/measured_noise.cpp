@@ -56,6 +56,7 @@ class MeasuredGraph {
     graph::GncOptions gnc;
     gnc.barc_squared = options_.barc2;
     gnc.mu_step = options_.mu_step;
+    gnc.annealing.each_step = gnc.last.each_step = options_.each_step;
     for (std::size_t e = 0; e < graph_.edges.size(); ++e) {
       if (!graph_.edges[e].known_inlier) gnc.candidates.push_back(e);
     }
@@ -80,7 +81,7 @@ class MeasuredGraph {
                factors);
     }
     add_gravity_and_gauge(factors);
-    const graph::SolveResult solved = graph::solve(factors, values_);
+    const graph::SolveResult solved = graph::solve(factors, values_, {.each_step = options_.each_step});
     result.iterations += solved.iterations;
     result.converged = solved.converged;
     result.message = solved.message;

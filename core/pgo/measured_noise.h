@@ -10,6 +10,7 @@
 // odometry, which cannot be rejected, gets its own covariance with a small part of it. Gravity takes part in both (core/graph/
 // gravity_factor.h), with the floor's rotation: one filter made all of a robot's directions, and they err together.
 
+#include <functional>
 #include <vector>
 
 #include "core/pgo/central.h"
@@ -25,9 +26,10 @@ struct MeasuredNoise {
 
 struct MeasuredOptions {
   NoiseOptions noise{};
-  double barc2 = 16.812;        // of the squared Mahalanobis residual
-  double mu_step = 1.4;         // growth of mu per round, as long as it is small
-  double odometry_floor = 0.1;  // part of the floor that odometry has in the end
+  double barc2 = 16.812;                 // of the squared Mahalanobis residual
+  double mu_step = 1.4;                  // growth of mu per round, as long as it is small
+  double odometry_floor = 0.1;           // part of the floor that odometry has in the end
+  std::function<void()> each_step = {};  // core/graph/solve.h
   // Flat index of the pose that stays where the start has it. Where its direction of gravity is known all directions count, the
   // start says which way they point in its frame, and the pose keeps its place and yaw alone.
   int gauge = 0;

@@ -61,6 +61,14 @@ void Presence::follow_clock_back(Utime now) {
   }
 }
 
+void Presence::excuse(Utime deaf_us, Utime now) {
+  for (auto& [robot, peer] : peers_) {
+    for (Utime* noted : {&peer.heard, &peer.heard_directly, &peer.neighbours_heard}) {
+      if (*noted >= 0) *noted = std::min(*noted + deaf_us, now);
+    }
+  }
+}
+
 bool Presence::present(int robot, Utime now) const {
   if (robot == robot_) return true;
   const auto peer = peers_.find(robot);

@@ -36,6 +36,8 @@ class Presence {
   void hear(int robot, bool directly, Utime now);
   // The clock was set back: what was noted in its future would last until then.
   void follow_clock_back(Utime now);
+  // For so long until now this robot has not listened: that was nobody's silence.
+  void excuse(Utime deaf_us, Utime now);
 
   bool knows(int robot) const { return peers_.count(robot) > 0; }
   const Peer& peer(int robot) const { return peers_.at(robot); }

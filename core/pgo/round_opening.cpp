@@ -49,7 +49,7 @@ RoundOpening::RoundOpening(RoundMail& mail, GraphSnapshot graph, std::vector<Seg
   problem_.name = mail.name();
   problem_.graph = std::move(graph);
   problem_.starts = std::move(starts);
-  if (options.local_barc2) solve_odometry_starts(problem_.graph, *options.local_barc2, problem_.starts);
+  if (options.local) solve_odometry_starts(problem_.graph, *options.local, problem_.starts);
   send_join(mail, mu);
 }
 

@@ -19,6 +19,7 @@
 #include <set>
 
 #include "core/pgo/agreed_problem.h"
+#include "core/pgo/central.h"
 #include "core/pgo/frame_alignment.h"
 #include "core/pgo/round_mail.h"
 
@@ -28,9 +29,9 @@ struct OpeningOptions {
   std::uint64_t hash = 0;  // of all by which members must decide alike
   AlignmentOptions alignment;
   bool align = true;  // false: it is over after joins and keys, without starts, frames and ends
-  // Truncation of squared residuals by which segments that come from odometry alone are first solved by their own loops
-  // (local_start.h); nothing: they start as odometry has them.
-  std::optional<double> local_barc2;
+  // By which segments that come from odometry alone are first solved by their own loops (local_start.h); nothing: they start
+  // as odometry has them.
+  std::optional<RobustOptions> local;
 };
 
 struct TiedFrames {  // as all members know them

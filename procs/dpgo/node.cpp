@@ -44,8 +44,7 @@ void replace_tum(const std::filesystem::path& file, const Trajectory& trajectory
 }  // namespace
 
 DpgoNode::DpgoNode(Process& process)
-    : process_(process),
-      agent_(process.robot(), process.now(), read_agent_options(process.config().root().section("dpgo"))) {
+    : process_(process), agent_(process.robot(), process.now(), agent_options()) {
   if (!process.state_dir().empty()) restore();
   Bus& bus = process.bus();
   bus.subscribe(
@@ -74,6 +73,15 @@ DpgoNode::DpgoNode(Process& process)
     publish_gauges();
   });
   publish_gauges();
+}
+
+pgo::AgentOptions DpgoNode::agent_options() {
+  pgo::AgentOptions options = read_agent_options(process_.config().root().section("dpgo"));
+  options.dgnc.meanwhile = [this] {
+    agent_.say_presence(process_.now());
+    publish_outgoing();
+  };
+  return options;
 }
 
 template <typename T>

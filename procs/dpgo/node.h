@@ -36,6 +36,7 @@ class DpgoNode {
   bool take(const keyframe_t& message);
   bool take(const loop_t& message);
   void work();
+  pgo::AgentOptions agent_options();
   void publish_outgoing();
   void take_result(const pgo::RoundResult& result);
   void publish(const SavedRound& round);

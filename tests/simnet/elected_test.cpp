@@ -5,7 +5,10 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <map>
+#include <set>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "core/pgo/dgnc_agent.h"
 #include "core/pgo/solve_distributed.h"
@@ -16,9 +19,10 @@ namespace covey::pgo {
 namespace {
 
 constexpr Utime kSecond = kUsPerSecond;
+constexpr int kRobots = 3;
 
 sim::GridWorld small_world() {
-  return sim::make_grid({.robots = 3, .keyframes = 40, .seed = 4, .min_links = 4});
+  return sim::make_grid({.robots = kRobots, .keyframes = 40, .seed = 4, .min_links = 4});
 }
 
 Matrix6d isotropic(double kappa, double tau) {
@@ -66,40 +70,77 @@ void feed(const sim::GridWorld& world, int robot, DgncAgent& agent) {
   }
 }
 
-// Until every robot has a result. options by robot.
-std::map<int, RoundResult> solve(const std::vector<AgentOptions>& options, LinkFaults faults,
-                                 std::uint64_t seed) {
-  const sim::GridWorld world = small_world();
-  SimNetwork<AgentMessage> network(seed, faults, 3);
-  std::vector<DgncAgent> agents;
-  for (int robot = 0; robot < 3; ++robot) {
-    agents.emplace_back(robot, 1, options[robot]);
-    feed(world, robot, agents[robot]);
-  }
-  std::map<int, RoundResult> results;
-  const auto work = [&](int robot, Utime now) {
-    do {
-      for (const AgentMessage& message : agents[robot].take_outgoing())
-        network.send(robot, kEveryone, message, now);
-      if (auto result = agents[robot].take_result()) results[robot] = std::move(*result);
-    } while (agents[robot].advance(now));
-  };
-  for (Utime now = 0; results.size() < 3; now += 20'000) {
-    REQUIRE(now < 600 * kSecond);
-    network.deliver_until(now, [&](int to, int, const AgentMessage& message, Utime t) {
-      agents[to].receive(message, t);
-      work(to, t);
-    });
-    for (int robot = 0; robot < 3; ++robot) {
-      agents[robot].tick(now);
-      work(robot, now);
+class Team {
+ public:
+  // Each step of a robot's solver takes step_us, in which it hears nothing.
+  Team(const std::vector<AgentOptions>& options, LinkFaults faults, std::uint64_t seed, Utime step_us = 0)
+      : network_(seed, faults, kRobots) {
+    const sim::GridWorld world = small_world();
+    agents_.reserve(kRobots);
+    for (int robot = 0; robot < kRobots; ++robot) {
+      AgentOptions own = options[robot];
+      if (step_us > 0) own.dgnc.meanwhile = [this, robot, step_us] { spend(robot, step_us); };
+      agents_.emplace_back(robot, 1, own);
+      feed(world, robot, agents_[robot]);
     }
   }
-  return results;
-}
+
+  // Until every robot has a result.
+  std::map<int, RoundResult> solve() {
+    while (results_.size() < kRobots) {
+      REQUIRE(now_ < 3600 * kSecond);
+      turn();
+    }
+    return results_;
+  }
+  Utime now() const { return now_; }
+
+ private:
+  void turn() {
+    now_ += 20'000;
+    for (int robot = 0; robot < kRobots; ++robot) {
+      if (deaf_.count(robot) > 0) continue;
+      agents_[robot].tick(now_);
+      work(robot);
+    }
+    network_.deliver_until(
+        now_, [&](int to, int, const AgentMessage& message, Utime) { inboxes_[to].push_back(message); });
+    for (int robot = 0; robot < kRobots; ++robot) {
+      if (deaf_.count(robot) > 0) continue;
+      for (const AgentMessage& message : std::exchange(inboxes_[robot], {})) {
+        agents_[robot].receive(message, now_);
+        work(robot);
+      }
+    }
+  }
+  void spend(int robot, Utime time) {
+    deaf_.insert(robot);
+    for (const Utime end = now_ + time; now_ < end;) turn();
+    deaf_.erase(robot);
+    agents_[robot].say_presence(now_);
+    send(robot);
+  }
+  void work(int robot) {
+    do {
+      send(robot);
+      if (auto result = agents_[robot].take_result()) results_[robot] = std::move(*result);
+    } while (agents_[robot].advance(now_));
+  }
+  void send(int robot) {
+    for (const AgentMessage& message : agents_[robot].take_outgoing())
+      network_.send(robot, kEveryone, message, now_);
+  }
+
+  SimNetwork<AgentMessage> network_;
+  Utime now_ = 0;
+  std::vector<DgncAgent> agents_;
+  std::set<int> deaf_;
+  std::map<int, std::vector<AgentMessage>> inboxes_;
+  std::map<int, RoundResult> results_;
+};
 
 std::map<int, RoundResult> solve(const AgentOptions& options, LinkFaults faults, std::uint64_t seed) {
-  return solve(std::vector<AgentOptions>(3, options), faults, seed);
+  return Team(std::vector<AgentOptions>(kRobots, options), faults, seed).solve();
 }
 
 double cost_of(const std::map<int, RoundResult>& results) {
@@ -142,6 +183,13 @@ TEST_CASE("elected: loss, delay, doubles and disorder change nothing in the resu
   }
 }
 
+TEST_CASE("elected: the others wait for who solves, however long it takes") {
+  Team slow(std::vector<AgentOptions>(kRobots, elected()), {.loss = 0.2, .delay_us = 100'000}, 2, kSecond);
+  require_identical(solve(elected(), {}, 1), slow.solve());
+  REQUIRE(slow.now() >
+          45 * kSecond);  // many times what a robot may be silent, and more than a round may stand still
+}
+
 TEST_CASE("elected: agents reach what the solver in one process reaches, and so does D-GNC") {
   const auto agents = solve(elected(), {.loss = 0.1, .delay_us = 30'000}, 1);
   DistributedOptions options;
@@ -172,9 +220,9 @@ TEST_CASE("elected: with full covariances and gravity the team's keyframes stand
 }
 
 TEST_CASE("elected: a robot that solves with D-GNC is left apart, and named") {
-  std::vector<AgentOptions> options(3, elected());
+  std::vector<AgentOptions> options(kRobots, elected());
   options[2].dgnc.solver = RoundSolver::kDgnc;
-  const auto results = solve(options, {.loss = 0.2, .delay_us = 30'000}, 1);
+  const auto results = Team(options, {.loss = 0.2, .delay_us = 30'000}, 1).solve();
   REQUIRE(results.at(0).robots == std::vector<int>{0, 1});
   REQUIRE(results.at(2).robots == std::vector<int>{2});
   const auto& warnings = results.at(0).warnings;
