@@ -25,7 +25,8 @@ DgncAgent::DgncAgent(int robot, Utime start_utime, const AgentOptions& options)
       options_(options),
       graph_(robot, options.dgnc.noise),
       presence_(robot, options.silence_us),
-      relay_(robot) {}
+      relay_(robot),
+      rounds_(robot, options.dgnc, options.request_us) {}
 
 const char* DgncAgent::add(const Keyframe& keyframe) {
   snapshot_.reset();
@@ -37,11 +38,7 @@ const char* DgncAgent::add(const Loop& loop) {
   return graph_.add(loop);
 }
 
-// A number is never given twice: it names the frame that the round leaves.
-void DgncAgent::restore(const Solution& solution) {
-  solution_ = solution;
-  newest_round_ = std::max(newest_round_, solution.round.number);
-}
+void DgncAgent::restore(const Solution& solution) { rounds_.restore(solution); }
 
 const GraphSnapshot& DgncAgent::graph() const {
   if (!snapshot_) snapshot_ = graph_.snapshot();
@@ -58,12 +55,12 @@ void DgncAgent::say(T message, Utime now) {
 }
 
 std::vector<AgentMessage> DgncAgent::take_outgoing() { return std::exchange(outgoing_, {}); }
-std::optional<RoundResult> DgncAgent::take_result() { return std::exchange(result_, std::nullopt); }
+std::optional<RoundResult> DgncAgent::take_result() { return rounds_.take_result(); }
 
 AgentPhase DgncAgent::phase() const {
-  if (running()) return AgentPhase::kRound;
+  if (rounds_.running()) return AgentPhase::kRound;
   if (graph().poses() == 0) return AgentPhase::kIdle;
-  return new_since_ || graph().hash != solution_.graph ? AgentPhase::kWaiting : AgentPhase::kIdle;
+  return new_since_ || graph().hash != solution().graph ? AgentPhase::kWaiting : AgentPhase::kIdle;
 }
 
 // ---- Receiving ----
@@ -102,7 +99,7 @@ const char* DgncAgent::receive_from(const AgentMessage& message, int speaker, in
         } else if constexpr (std::is_same_v<T, dpgo_request_t>) {
           return receive_request(m, now);
         } else if constexpr (kIsRoundMessage<T>) {
-          return receive_round_message(m, now);
+          return rounds_.receive(m, now);
         } else {
           return nullptr;
         }
@@ -122,7 +119,7 @@ void DgncAgent::pass_on(const AgentMessage& message, int speaker, int hops, Utim
 
 const char* DgncAgent::take(const dpgo_beacon_t& beacon, Utime now) {
   if (const char* refused = presence_.take(beacon, now)) return refused;
-  newest_round_ = std::max(newest_round_, beacon.round);
+  rounds_.hear_of(beacon.round);
   return nullptr;
 }
 
@@ -135,8 +132,7 @@ const char* DgncAgent::receive_round(const dpgo_round_t& proposal, Utime now) {
       proposal.round <= 0 || proposal.round > kLargestRound) {
     return "values";
   }
-  if (round_ && proposal.round <= round_->name().number) return "old_round";
-  if (proposal.round <= solution_.round.number) return "old_round";
+  if (!rounds_.is_new(proposal)) return "old_round";
   join_round(proposal, now);
   return nullptr;
 }
@@ -149,24 +145,10 @@ bool DgncAgent::is_member(const dpgo_round_t& proposal) const {
 }
 
 const char* DgncAgent::receive_request(const dpgo_request_t& request, Utime now) {
-  if (!round_ || round_->name() != RoundName{request.round, request.anchor}) return "other_round";
-  if (std::find(request.robots.begin(), request.robots.end(), robot_) == request.robots.end()) return nullptr;
-  const RoundMessage* message = round_->resend(request.number);
-  if (message == nullptr) return nullptr;  // not made yet
-  const auto last = last_resend_.find(request.number);
-  if (last != last_resend_.end() && now - last->second < options_.request_us / 2) return nullptr;
-  last_resend_[request.number] = now;
-  std::visit([&](const auto& m) { say(m, now); }, *message);
+  if (!rounds_.is_of_this_round(request)) return "other_round";
+  const RoundMessage* message = rounds_.repeat(request, now);
+  if (message != nullptr) std::visit([&](const auto& m) { say(m, now); }, *message);
   return nullptr;
-}
-
-const char* DgncAgent::receive_round_message(const RoundMessage& message, Utime now) {
-  if (!round_ || round_->name() != round_of(message)) return "other_round";
-  if (round_->done() && number_of(message) > others_number_) {  // of another part, which takes longer
-    others_number_ = number_of(message);
-    last_progress_ = now;
-  }
-  return round_->receive(message);
 }
 
 // ---- Presence ----
@@ -183,12 +165,12 @@ std::vector<int> DgncAgent::present_robots(Utime now) const {
 
 std::vector<ApartRobot> DgncAgent::apart(Utime now) const {
   std::vector<ApartRobot> robots;
-  const std::vector<int>& in_frame = solution_.robots;
+  const std::vector<int>& in_frame = solution().robots;
   for (const auto& [robot, peer] : presence_.peers()) {
     const bool present = presence_.present(robot, now);
     const bool together = std::binary_search(in_frame.begin(), in_frame.end(), robot);
     if (present && together) continue;
-    const bool was_member = std::binary_search(members_.begin(), members_.end(), robot);
+    const bool was_member = std::binary_search(rounds_.members().begin(), rounds_.members().end(), robot);
     const Apart why = !present ? Apart::kSilent : was_member ? Apart::kNoClosure : Apart::kNotYet;
     robots.push_back({robot, why, together, now - peer.heard});
   }
@@ -205,7 +187,7 @@ void DgncAgent::tick(Utime now) {
   const std::vector<int> robots = present_robots(now);
   if (!robots.empty() && robots.front() == robot_) lead(now);
   say_presence(now);
-  ask_for_missing(now);
+  if (auto request = rounds_.request(now)) say(std::move(*request), now);
 }
 
 void DgncAgent::say_presence(Utime now) {
@@ -216,21 +198,17 @@ void DgncAgent::say_presence(Utime now) {
 // Somebody set the clock: what was noted in its future would hold everything up until it has come that far again.
 void DgncAgent::follow_clock_back(Utime now) {
   presence_.follow_clock_back(now);
-  for (Utime* noted :
-       {&last_change_, &last_proposal_, &last_progress_, &last_join_, &last_end_, &last_request_}) {
-    *noted = std::min(*noted, now);
-  }
+  rounds_.follow_clock_back(now);
+  for (Utime* noted : {&last_change_, &last_proposal_}) *noted = std::min(*noted, now);
   if (new_since_) new_since_ = std::min(*new_since_, now);
   last_beacon_.reset();
   last_neighbours_.reset();
-  last_resend_.clear();
 }
 
-// Nor has the round stood still for that long.
 void DgncAgent::excuse_silence(Utime now) {
   const Utime deaf_us = now - last_tick_;
   presence_.excuse(deaf_us, now);
-  last_progress_ = std::min(last_progress_ + deaf_us, now);
+  rounds_.excuse(deaf_us, now);
 }
 
 void DgncAgent::watch_for_changes(Utime now) {
@@ -244,7 +222,7 @@ void DgncAgent::watch_for_changes(Utime now) {
     watched_ = std::move(seen);
     last_change_ = now;
   }
-  if (!running() && something_new(now)) {
+  if (!rounds_.running() && something_new(now)) {
     if (!new_since_) new_since_ = now;
   } else {
     new_since_.reset();
@@ -255,45 +233,34 @@ void DgncAgent::watch_for_changes(Utime now) {
 bool DgncAgent::something_new(Utime now) const {
   const std::vector<int> robots = present_robots(now);
   if (robots.empty()) return false;
-  if (std::binary_search(robots.begin(), robots.end(), robot_) && graph().hash != solution_.graph)
+  if (std::binary_search(robots.begin(), robots.end(), robot_) && graph().hash != solution().graph)
     return true;
   return std::any_of(robots.begin(), robots.end(), [&](int robot) {
     if (robot == robot_) return false;
     const Peer& peer = presence_.peer(robot);
-    if (peer.beacon_heard < last_end_) return false;  // where it stands since, the next one will say
+    if (peer.beacon_heard < rounds_.ended_at()) return false;  // where it stands since, the next one will say
     const dpgo_beacon_t& beacon = peer.beacon;
-    const bool in_my_last = beacon.running && RoundName{beacon.round, beacon.anchor} == solution_.round;
+    const bool in_my_last = beacon.running && RoundName{beacon.round, beacon.anchor} == solution().round;
     if (in_my_last && last_round_can_end(now)) return false;
     return beacon.graph != beacon.solved_graph ||
-           RoundName{beacon.solved_round, beacon.solved_anchor} != solution_.round;
+           RoundName{beacon.solved_round, beacon.solved_anchor} != solution().round;
   });
 }
 
 // Whether those who have not ended the round that this robot has ended will do so: they miss messages, which all of its
 // members still hold, if no one has left or was restarted since.
 bool DgncAgent::last_round_can_end(Utime now) const {
-  return round_ && round_->name() == solution_.round && !member_lost(now) &&
-         now - last_progress_ <= options_.stall_us;
-}
-
-bool DgncAgent::member_lost(Utime now) const {
-  for (std::size_t m = 0; m < proposal_.members.size(); ++m) {
-    const int robot = proposal_.members[m];
-    if (robot == robot_) continue;
-    if (!presence_.present(robot, now) ||
-        presence_.peer(robot).beacon.start_utime != proposal_.start_utimes[m])
-      return true;
-  }
-  return false;
+  return round() != nullptr && round()->name() == solution().round && !rounds_.member_lost(presence_, now) &&
+         now - rounds_.last_progress() <= options_.stall_us;
 }
 
 void DgncAgent::lead(Utime now) {
   if (following_) return;
-  if (running()) {
-    const bool mine = round_->name().anchor == robot_;
-    if (!mine || member_lost(now) || now - last_progress_ > options_.stall_us) {
+  if (rounds_.running()) {
+    const bool mine = round()->name().anchor == robot_;
+    if (!mine || rounds_.member_lost(presence_, now) || now - rounds_.last_progress() > options_.stall_us) {
       open_round(now);
-    } else if (round_->number() == 0 && now - last_proposal_ >= options_.request_us) {
+    } else if (round()->number() == 0 && now - last_proposal_ >= options_.request_us) {
       say_round(now);  // somebody has not joined yet
     }
     return;
@@ -309,7 +276,7 @@ void DgncAgent::open_round(Utime now) {
   dpgo_round_t proposal{};
   proposal.from = robot_;
   proposal.to = -1;
-  proposal.round = ++newest_round_;
+  proposal.round = rounds_.newest() + 1;
   for (const int robot : present_robots(now)) {
     proposal.members.push_back(robot);
     proposal.start_utimes.push_back(robot == robot_ ? start_utime_
@@ -322,7 +289,7 @@ void DgncAgent::open_round(Utime now) {
 
 void DgncAgent::say_round(Utime now) {
   last_proposal_ = now;
-  say(proposal_, now);
+  say(rounds_.proposal(), now);
 }
 
 void DgncAgent::follow(const dpgo_beacon_t& own) {
@@ -332,75 +299,30 @@ void DgncAgent::follow(const dpgo_beacon_t& own) {
 
 void DgncAgent::follow(const dpgo_round_t& own, Utime now) {
   following_ = true;
-  const bool known = round_ && own.round <= round_->name().number;
+  const bool known = round() != nullptr && own.round <= round()->name().number;
   if (graph().poses() > 0 && !known && own.from == robot_ && is_member(own)) join_round(own, now);
 }
 
 void DgncAgent::join_round(const dpgo_round_t& proposal, Utime now) {
-  keep_unfinished();
-  proposal_ = proposal;
-  newest_round_ = std::max(newest_round_, proposal.round);
-  // Of loops that have come since nothing is decided: mu starts again.
-  const double mu = unfinished_ && unfinished_->graph == graph().hash ? unfinished_->mu : 0.0;
-  std::vector<int> members(proposal.members.begin(), proposal.members.end());
-  round_.emplace(RoundName{proposal.round, proposal.from}, std::move(members), graph(),
-                 starts_from(unfinished_ ? *unfinished_ : solution_, graph()), mu, options_.dgnc);
+  rounds_.join(proposal, graph(), now);
   said_bytes_.clear();
-  last_join_ = now;
-  last_resend_.clear();
-  others_number_ = 0;
-  last_progress_ = now;
-  last_request_ = now;
   collect(now);
   say_beacon(now);
 }
 
-// A round that is left before its end: its poses and mu are the next start, if it had come to updates.
-void DgncAgent::keep_unfinished() {
-  if (running() && round_->updates() > 0) unfinished_ = unfinished_solution_of(*round_);
-}
-
-// ---- Running rounds ----
-
 bool DgncAgent::advance(Utime now) {
-  if (!running() || !round_->advance()) return false;
-  last_progress_ = now;
-  last_request_ = now;
+  if (!rounds_.advance(now)) return false;
   collect(now);
-  if (!round_->done()) return true;
-  keep_result(now);
+  if (rounds_.running()) return true;
+  account_ = {now - rounds_.joined_at(), said_bytes_};
   say_beacon(now);
   return true;
 }
 
-void DgncAgent::keep_result(Utime now) {
-  const RoundResult& result = round_->result();
-  solution_ = solution_of(result);
-  unfinished_.reset();
-  members_ = round_->members();
-  account_ = {now - last_join_, said_bytes_};
-  last_end_ = now;
-  result_ = result;
-}
-
 void DgncAgent::collect(Utime now) {
-  for (RoundMessage& message : round_->take_outgoing()) {
+  for (RoundMessage& message : rounds_.take_outgoing()) {
     std::visit([&](auto& m) { say(std::move(m), now); }, message);
   }
-}
-
-void DgncAgent::ask_for_missing(Utime now) {
-  if (!running() || now - last_request_ < options_.request_us) return;
-  const std::vector<int> missing = round_->missing();
-  if (missing.empty()) return;
-  last_request_ = now;
-  dpgo_request_t request{};
-  request.round = round_->name().number;
-  request.anchor = round_->name().anchor;
-  request.number = round_->number();
-  request.n = static_cast<std::int32_t>(missing.size());
-  request.robots.assign(missing.begin(), missing.end());
-  say(std::move(request), now);
 }
 
 void DgncAgent::say_beacon(Utime now) {
@@ -410,13 +332,13 @@ void DgncAgent::say_beacon(Utime now) {
   beacon.keyframes = graph().poses();
   beacon.loops = graph().loops();
   beacon.graph = static_cast<std::int64_t>(graph().hash);
-  beacon.round = newest_round_;
-  if (round_) beacon.anchor = round_->name().anchor;
-  beacon.running = running();
-  if (running()) beacon.round = round_->name().number;
-  beacon.solved_round = solution_.round.number;
-  beacon.solved_anchor = solution_.round.anchor;
-  beacon.solved_graph = static_cast<std::int64_t>(solution_.graph);
+  beacon.round = rounds_.newest();
+  if (round() != nullptr) beacon.anchor = round()->name().anchor;
+  beacon.running = rounds_.running();
+  if (rounds_.running()) beacon.round = round()->name().number;
+  beacon.solved_round = solution().round.number;
+  beacon.solved_anchor = solution().round.anchor;
+  beacon.solved_graph = static_cast<std::int64_t>(solution().graph);
   say(beacon, now);
 }
 

@@ -2,7 +2,8 @@
 #pragma once
 
 // One robot's side of the distributed solver: who is there, when to begin a round, and what to do when somebody falls
-// silent or comes back. A state machine without sockets and clock; the rounds themselves are in dgnc_round.h.
+// silent or comes back. A state machine without sockets and clock; the rounds themselves are in dgnc_round.h, what a robot
+// holds of them in rounds.h.
 //
 //   agent.add(keyframe); agent.add(loop);          // from the robot's own front end
 //   agent.receive(message, now);                   // from the other robots
@@ -26,8 +27,6 @@
 // A robot may be deaf for a while: while it solves alone, or because its computer stood still. The silence of others in that
 // time does not count. While it solves, options.dgnc.meanwhile lets it say that it is there (say_presence).
 //
-// Repair. Who waits asks for what is missing every request_us; the asked one repeats it, also when it has ended the round.
-//
 // Starts are warm: a segment that has a solution starts from it, with newer keyframes chained on by odometry, so that
 // robots which solved together keep their common frame and only the others are aligned.
 
@@ -39,11 +38,10 @@
 
 #include "core/base/time.h"
 #include "core/pgo/agent_message.h"
-#include "core/pgo/dgnc_round.h"
 #include "core/pgo/presence.h"
 #include "core/pgo/relay.h"
 #include "core/pgo/robot_graph.h"
-#include "core/pgo/solution.h"
+#include "core/pgo/rounds.h"
 
 namespace covey::pgo {
 
@@ -109,10 +107,10 @@ class DgncAgent {
   AgentPhase phase() const;
   int robot() const { return robot_; }
   const Presence& presence() const { return presence_; }
-  std::vector<ApartRobot> apart(Utime now) const;         // ascending
-  const GraphSnapshot& graph() const;                     // as of now
-  const Solution& solution() const { return solution_; }  // of the last finished round
-  const DgncRound* round() const { return round_ ? &*round_ : nullptr; }
+  std::vector<ApartRobot> apart(Utime now) const;                  // ascending
+  const GraphSnapshot& graph() const;                              // as of now
+  const Solution& solution() const { return rounds_.solution(); }  // of the last finished round
+  const DgncRound* round() const { return rounds_.joined(); }
 
  private:
   const char* receive_relay(const dpgo_relay_t& relay, Utime now);
@@ -121,13 +119,10 @@ class DgncAgent {
   void pass_on(const AgentMessage& message, int speaker, int hops, Utime now);
   const char* receive_round(const dpgo_round_t& proposal, Utime now);
   const char* receive_request(const dpgo_request_t& request, Utime now);
-  const char* receive_round_message(const RoundMessage& message, Utime now);
 
   std::vector<int> present_robots(Utime now) const;  // with keyframes, this one included; ascending
-  bool running() const { return round_ && !round_->done(); }
   bool is_member(const dpgo_round_t& proposal) const;
   bool last_round_can_end(Utime now) const;
-  bool member_lost(Utime now) const;
   bool something_new(Utime now) const;
   void follow_clock_back(Utime now);
   void excuse_silence(Utime now);
@@ -138,9 +133,6 @@ class DgncAgent {
   void join_round(const dpgo_round_t& proposal, Utime now);
   void say_beacon(Utime now);
   void say_neighbours(Utime now);
-  void ask_for_missing(Utime now);
-  void keep_unfinished();
-  void keep_result(Utime now);
   void collect(Utime now);
   template <typename T>
   void say(T message, Utime now);
@@ -154,13 +146,7 @@ class DgncAgent {
   Relay relay_;
   bool following_ = false;  // a log of itself
 
-  std::optional<DgncRound> round_;  // the last one joined, kept after its end to answer requests
-  dpgo_round_t proposal_{};         // of that round
-  std::int64_t newest_round_ = 0;   // number of the newest round joined or heard of
-  Solution solution_;               // of the last finished round
-  std::optional<Solution> unfinished_;
-  std::optional<RoundResult> result_;
-  std::vector<int> members_;  // of it, whether they ended in this robot's part or not
+  Rounds rounds_;
   RoundAccount account_;
   std::map<std::string, std::size_t> said_bytes_;  // since the round was joined
 
@@ -171,12 +157,6 @@ class DgncAgent {
   std::optional<Utime> last_beacon_;
   std::optional<Utime> last_neighbours_;
   Utime last_proposal_ = 0;
-  Utime last_progress_ = 0;  // of the round; once it has ended here, of the others in it
-  int others_number_ = 0;    // the highest of the round's messages that came after its end here
-  Utime last_join_ = 0;
-  Utime last_end_ = 0;  // of a round
-  Utime last_request_ = 0;
-  std::map<int, Utime> last_resend_;  // by number
   std::vector<AgentMessage> outgoing_;
 };
 
