@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/graph/linearisation_point.h"
+
 namespace covey::graph {
 namespace {
 
@@ -46,8 +48,8 @@ std::string first_sentence(const ceres::Solver::Summary& summary) {
 
 class CeresProblem::Cost final : public ceres::CostFunction {
  public:
-  Cost(const Factor& factor, Values& values, std::vector<double>& scratch)
-      : factor_(factor), scratch_(scratch) {
+  Cost(const Graph& graph, const Factor& factor, Values& values, std::vector<double>& scratch)
+      : factor_(factor), point_(graph, factor), scratch_(scratch) {
     set_num_residuals(factor.residual_dim());
     std::size_t doubles = 0;
     for (std::size_t k = 0; k < factor.keys().size(); ++k) {
@@ -79,7 +81,7 @@ class CeresProblem::Cost final : public ceres::CostFunction {
       tangent_jacobians_[k] = jacobians[k] ? free : nullptr;
       free += num_residuals() * factor_.types()[k].tangent;
     }
-    factor_.evaluate(x, residuals, tangent_jacobians_.data());
+    point_.evaluate(x, residuals, tangent_jacobians_.data());
     for (std::size_t k = 0; k < tangent_jacobians_.size(); ++k) {
       if (jacobians[k]) widen(tangent_jacobians_[k], factor_.types()[k], jacobians[k]);
     }
@@ -95,6 +97,7 @@ class CeresProblem::Cost final : public ceres::CostFunction {
   }
 
   const Factor& factor_;
+  LinearisationPoint point_;
   std::vector<double>& scratch_;  // shared by all factors: one thread, one factor at a time
   mutable std::vector<double*> tangent_jacobians_;
   std::vector<double*> parameters_;
@@ -122,7 +125,7 @@ CeresProblem::CeresProblem(const Graph& graph, Values& values) : graph_(graph), 
   for (const FactorId id : graph.ids()) {
     costs_.resize(id + 1);
     losses_.resize(id + 1);
-    costs_[id] = std::make_unique<Cost>(graph.factor(id), values, scratch_);
+    costs_[id] = std::make_unique<Cost>(graph, graph.factor(id), values, scratch_);
     if (graph.robust(id).kind != Robust::Kind::kNone) losses_[id] = std::make_unique<Loss>(graph.robust(id));
   }
 }

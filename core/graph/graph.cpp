@@ -60,6 +60,10 @@ void Graph::set_constant(Key key, bool constant) {
   }
 }
 
+void Graph::hold(Key key, const Values& values) {
+  if (!held_.has(key)) held_.copy(key, values);
+}
+
 std::vector<const double*> variable_pointers(const Factor& factor, const Values& values) {
   std::vector<const double*> x;
   x.reserve(factor.keys().size());

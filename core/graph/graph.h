@@ -50,6 +50,15 @@ class Graph {
   void set_constant(Key key, bool constant = true);
   bool is_constant(Key key) const { return constant_.contains(key); }
 
+  // A held variable moves like any other, but all Jacobians are taken with it where it was held, as of |r(x) + J_0 d|^2 with d = minus(x, x_0)
+  // (linearisation_point.h). For what a linear prior touches, whose own Jacobians cannot follow: were those of the other factors taken elsewhere, the
+  // sum would know directions that no factor knows. First-estimates Jacobians: Huang, Mourikis, Roumeliotis, "Observability-based rules for designing
+  // consistent EKF SLAM estimators", IJRR 2010.
+  // Solves honour it that eliminate some variables first (SolveOptions::eliminate_first); others COVEY_CHECK that none is held.
+  void hold(Key key, const Values& values);  // once held, it stays there until it is released
+  void release(Key key) { held_.erase(key); }
+  const Values& held() const { return held_; }
+
  private:
   struct Entry {
     std::shared_ptr<const Factor> factor;
@@ -58,6 +67,7 @@ class Graph {
   std::vector<Entry> entries_;
   std::vector<FactorId> free_;
   std::set<Key> constant_;
+  Values held_;
 };
 
 // Where a factor's variables stand in memory, for Factor::evaluate. COVEY_CHECKs that they exist with the

@@ -3,6 +3,8 @@
 
 #include <cmath>
 
+#include "core/graph/linearisation_point.h"
+
 namespace covey::graph {
 namespace {
 
@@ -42,7 +44,8 @@ Linearisation linearise(const Graph& graph, const Values& values) {
     for (const VariableType type : factor.types()) blocks.emplace_back(factor.residual_dim(), type.tangent);
     for (RowMajorMatrix& block : blocks) jacobians.push_back(block.data());
     auto r = model.r.segment(first_row, factor.residual_dim());
-    factor.evaluate(variable_pointers(factor, values).data(), r.data(), jacobians.data());
+    LinearisationPoint(graph, factor)
+        .evaluate(variable_pointers(factor, values).data(), r.data(), jacobians.data());
     const double scale = std::sqrt(graph.robust(id).derivative(r.squaredNorm()));
     r *= scale;
     for (std::size_t k = 0; k < blocks.size(); ++k) {

@@ -4,6 +4,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/CholmodSupport>
 #include <Eigen/Eigenvalues>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -62,12 +63,37 @@ SquareRoot square_root(const Eigen::MatrixXd& H, const Eigen::VectorXd& b) {
   return {roots.asDiagonal() * V.transpose(), roots.cwiseInverse().asDiagonal() * (V.transpose() * b)};
 }
 
+// From perturbations of the values, of which root is a function, to differences from the points of the held variables, d_0 = minus(x, x_0) + M d
+// (linearisation_point.h). Returns the points.
+Values move_to_points(const Graph& graph, const Values& values, const std::vector<Key>& keys,
+                      SquareRoot& root) {
+  Values points;
+  Eigen::Index column = 0;
+  for (const Key key : keys) {
+    const VariableType type = values.type(key);
+    const bool held = graph.held().has(key);
+    points.copy(key, held ? graph.held() : values);
+    if (held) {
+      const double* x = values.data(key);
+      const double* x_0 = points.data(key);
+      auto A = root.A.middleCols(column, type.tangent);
+      if (type.space != Space::kVector) A = (A * minus_jacobian(type, x, x_0).inverse()).eval();
+      Eigen::VectorXd difference(type.tangent);
+      minus(type, x, x_0, difference.data());
+      root.c -= A * difference;
+    }
+    column += type.tangent;
+  }
+  return points;
+}
+
 Graph factors_touching(const Graph& graph, const std::vector<Key>& keys) {
   Graph part;
   for (const FactorId id : graph.ids_touching(keys)) {
     part.add(graph.shared_factor(id), graph.robust(id));
     for (const Key key : graph.factor(id).keys()) {
       if (graph.is_constant(key)) part.set_constant(key);
+      if (graph.held().has(key)) part.hold(key, graph.held());
     }
   }
   return part;
@@ -132,14 +158,18 @@ std::shared_ptr<const LinearPrior> marginalise(const Graph& graph, const Values&
   const Eigen::VectorXd b_p = system.b(k.index) - H_km_inverse * system.b(m.index);
   SquareRoot root = square_root(0.5 * (H_p + H_p.transpose()), b_p);
   if (root.A.rows() == 0) return nullptr;
-  return std::make_shared<LinearPrior>(kept, values, std::move(root.A), std::move(root.c));
+  const Values points = move_to_points(graph, values, kept, root);
+  return std::make_shared<LinearPrior>(kept, points, std::move(root.A), std::move(root.c));
 }
 
 std::optional<FactorId> marginalise_out(Graph& graph, Values& values, const std::vector<Key>& removed,
                                         char eliminate_first) {
   const auto prior = marginalise(graph, values, removed, eliminate_first);
   for (const FactorId id : graph.ids_touching(removed)) graph.remove(id);
-  for (const Key key : removed) values.erase(key);
+  for (const Key key : removed) {
+    values.erase(key);
+    graph.release(key);
+  }
   if (!prior) return std::nullopt;
   return graph.add(prior);
 }

@@ -10,7 +10,9 @@
 //
 // is the information that remains on k. It becomes one factor |A d + c|^2, A^T A = H_p, A^T c = b_p, with
 // d = minus(x, x_0) from the values at which it was made. A and c stay fixed: a solve afterwards does not
-// re-linearise what was removed. Directions of m that the factors do not determine are dropped
+// re-linearise what was removed. Where the prior's variables are then held (Graph::hold), x_0 stays when the next prior
+// takes this one's place: all that is known of a variable is linearised at one point, so that what cannot be
+// observed (position and yaw of odometry) stays unknown. Directions of m that the factors do not determine are dropped
 // (pseudo-inverse). Source: Sibley, Matthies, Sukhatme, "Sliding window filter with application to planetary
 // landing", JFR 2010.
 

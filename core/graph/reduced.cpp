@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/graph/linearisation_point.h"
+
 namespace covey::graph {
 namespace {
 
@@ -30,7 +32,8 @@ void add_product(const RowMajorMap& J_i, const RowMajorMap& J_j, Target&& target
 // One factor at the values, with its kernel's weight, in memory that is used again for the next one.
 class LinearFactor {
  public:
-  void evaluate(const Factor& factor, Robust robust, const Values& values) {
+  void evaluate(const Graph& graph, FactorId id, const Values& values) {
+    const Factor& factor = graph.factor(id);
     const std::size_t count = factor.keys().size();
     rows_ = factor.residual_dim();
     x_.resize(count);
@@ -49,8 +52,8 @@ class LinearFactor {
       jacobians_[k] = free;
       free += rows_ * columns_[k];
     }
-    factor.evaluate(x_.data(), memory_.data(), jacobians_.data());
-    const double scale = std::sqrt(robust.derivative(r().squaredNorm()));
+    LinearisationPoint(graph, factor).evaluate(x_.data(), memory_.data(), jacobians_.data());
+    const double scale = std::sqrt(graph.robust(id).derivative(r().squaredNorm()));
     if (scale != 1.0)
       Eigen::Map<Eigen::VectorXd>(memory_.data(), static_cast<Eigen::Index>(doubles)) *= scale;
   }
@@ -153,7 +156,7 @@ ReducedSystem reduce(const Graph& graph, const Values& values, const std::set<Ke
   for (const FactorId id : graph.ids()) {
     const Factor& factor = graph.factor(id);
     const Place at = place(factor, system, eliminated);
-    linear.evaluate(factor, graph.robust(id), values);
+    linear.evaluate(graph, id, values);
     add_to_system(linear, at, system);
     if (at.centre == factor.keys().size()) continue;
     Star& star = stars.try_emplace(factor.keys()[at.centre], factor.types()[at.centre].tangent).first->second;

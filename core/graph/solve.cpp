@@ -7,6 +7,7 @@
 namespace covey::graph {
 
 SolveResult solve(const Graph& graph, Values& values, const SolveOptions& options) {
+  COVEY_CHECK(options.eliminate_first != 0 || graph.held().size() == 0);
   if (options.eliminate_first != 0) return CeresProblem(graph, values).solve(options);
   return SparseProblem(graph, values).solve(options);
 }

@@ -34,6 +34,9 @@ class Values {
     return Manifold<T>::load(data(key));
   }
 
+  // As it is in `other`.
+  void copy(Key key, const Values& other) { variables_[key] = other.at(key); }
+
   bool has(Key key) const { return variables_.contains(key); }
   void erase(Key key) { variables_.erase(key); }
   std::size_t size() const { return variables_.size(); }

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+// What of the estimator is chosen and not derived: one set of values for all sequences and robots. Units are in the names, the rest are counts and ratios; the
+// keys of section `vio` are the members' names (procs/vio/README.md).
+
 #include "core/base/config.h"
 
 namespace covey::vio {

@@ -19,6 +19,8 @@ using graph::Vector;
 constexpr std::size_t kMinKeyframes = 2;  // that see a landmark
 // Of the landmarks, at most, that a keyframe takes along while they are still seen. An eighth or a half does as well.
 constexpr double kRenewed = 0.25;
+// rad. Beyond, a keyframe is no longer linearised where it was held: a start may be a degree off.
+constexpr double kPointReach = 2e-3;
 
 Key pose_key(std::uint64_t id) { return {'x', id}; }
 Key velocity_key(std::uint64_t id) { return {'v', id}; }
@@ -144,11 +146,23 @@ void Window::add_landmarks() {
 
 graph::SolveResult Window::optimise(int iterations) {
   marginals_.reset();
-  return graph::solve(graph_, values_,
-                      {.max_iterations = iterations,
-                       .relative_cost_tolerance = 1e-4,
-                       .gradient_tolerance = 1e-6,
-                       .eliminate_first = 'l'});
+  const auto result = graph::solve(graph_, values_,
+                                   {.max_iterations = iterations,
+                                    .relative_cost_tolerance = 1e-4,
+                                    .gradient_tolerance = 1e-6,
+                                    .eliminate_first = 'l'});
+  release_turned();
+  return result;
+}
+
+void Window::release_turned() {
+  for (const Keyframe& keyframe : keyframes_) {
+    const Key pose = pose_key(keyframe.id);
+    if (!graph_.held().has(pose)) continue;
+    const SO3 turn = graph_.held().get<SE3>(pose).rotation.inverse() * values_.get<SE3>(pose).rotation;
+    if (turn.log().norm() < kPointReach) continue;
+    for (const Key key : {pose, velocity_key(keyframe.id), bias_key(keyframe.id)}) graph_.release(key);
+  }
 }
 
 int Window::discard_outliers() {
@@ -230,7 +244,9 @@ void Window::marginalise_oldest() {
   }
   for (const std::int64_t track : without_views) remove_landmark(track);
   for (const std::int64_t track : gone) landmarks_.erase(track);
-  graph::marginalise_out(graph_, values_, removed, 'l');
+  if (const auto prior = graph::marginalise_out(graph_, values_, removed, 'l')) {
+    for (const Key key : graph_.factor(*prior).keys()) graph_.hold(key, values_);
+  }
   keyframes_.erase(keyframes_.begin());
 }
 

@@ -78,6 +78,7 @@ class Window {
   void add_views(Entry& entry, const Keyframe& keyframe, const TrackObservation& seen);
   void add_landmarks();
   void link(std::span<const ImuSample> samples);
+  void release_turned();
   void remove_views(Entry& entry, std::uint64_t keyframe);
   void remove_landmark(std::int64_t track);
   std::vector<std::int64_t> choose_renewed() const;

@@ -53,7 +53,54 @@ struct World {
   }
 };
 
+// What the linear prior knows of moving the whole window at once: J N, N's columns a metre along x, y and z and a radian about the vertical through the newest
+// keyframe, at the points where the prior is linear.
+Eigen::MatrixXd knowledge_of_gauge(const Window& window) {
+  const graph::Graph& graph = window.graph();
+  for (const graph::FactorId id : graph.ids()) {
+    const auto* prior = dynamic_cast<const graph::LinearPrior*>(&graph.factor(id));
+    if (!prior) continue;
+    const Eigen::Vector3d pivot = window.newest_state().T_W_B.translation;
+    Eigen::MatrixXd N = Eigen::MatrixXd::Zero(prior->jacobian().cols(), 4);
+    Eigen::Index row = 0;
+    for (std::size_t k = 0; k < prior->keys().size(); ++k) {
+      const graph::Key key = prior->keys()[k];
+      if (key.kind == 'x') {
+        const SE3 T = graph.held().get<SE3>(key);
+        const Eigen::Matrix3d R_B_O = T.rotation.inverse().matrix();
+        N.block<3, 3>(row, 0) = R_B_O;
+        N.block<3, 1>(row, 3) = R_B_O * Eigen::Vector3d::UnitZ().cross(T.translation - pivot);
+        N.block<3, 1>(row + 3, 3) = R_B_O.col(2);
+      } else if (key.kind == 'v') {
+        N.block<3, 1>(row, 3) = Eigen::Vector3d::UnitZ().cross(graph.held().get<graph::Vector<3>>(key));
+      }
+      row += prior->types()[k].tangent;
+    }
+    return prior->jacobian() * N;
+  }
+  return {};
+}
+
 }  // namespace
+
+TEST_CASE("Window: its prior never learns where it is nor which way is north") {
+  World world;
+  Window window(world.rig, {});
+  // Nothing is said of either at the start, so that what the prior knows of them is false.
+  const double nothing = 1e4;
+  window.begin(world.sim.see(0, world.motion.state(0).T_W_B), world.guess(),
+               {.position_m = nothing, .yaw_rad = nothing});
+  for (int k = 0; k < 35; ++k) {
+    world.add(window);
+    window.optimise(6);
+    window.discard_outliers();
+    window.slide();
+  }
+  const Eigen::MatrixXd known = knowledge_of_gauge(window);
+  REQUIRE(known.cols() == 4);
+  CHECK(known.leftCols<3>().colwise().norm().maxCoeff() < 0.1);  // 1 / m
+  CHECK(known.col(3).norm() < 0.1);                              // 1 / rad
+}
 
 TEST_CASE("Window: optimising disturbed keyframes finds them and says how well") {
   World world;
