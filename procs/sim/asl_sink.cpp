@@ -46,10 +46,11 @@ std::string camera_yaml(const MountedCamera& mounted, const std::string& name) {
   return sensor_head("camera", "simulated " + name, mounted.T_B_C) +
          fmt::format(
              "rate_hz: {}\nresolution: [{}, {}]\ncamera_model: pinhole\n"
-             "intrinsics: [{:.12g}, {:.12g}, {:.12g}, {:.12g}]\ndistortion_model: radial-tangential\n"
+             "intrinsics: [{:.12g}, {:.12g}, {:.12g}, {:.12g}]\ndistortion_model: {}\n"
              "distortion_coefficients: [{:.12g}, {:.12g}, {:.12g}, {:.12g}]\n",
-             sim::kStereoHz, camera.width, camera.height, camera.fx, camera.fy, camera.cx, camera.cy, d[0],
-             d[1], d[2], d[3]);
+             sim::kStereoHz, camera.width, camera.height, camera.fx, camera.fy, camera.cx, camera.cy,
+             camera.lens == LensModel::kEquidistant ? "equidistant" : "radial-tangential", d[0], d[1], d[2],
+             d[3]);
 }
 
 std::string imu_yaml(const ImuNoise& noise) {
