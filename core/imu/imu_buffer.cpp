@@ -10,9 +10,14 @@ bool earlier(const ImuSample& sample, Utime utime) { return sample.utime < utime
 
 }  // namespace
 
-const char* ImuBuffer::add(const ImuSample& sample) {
+const char* ImuBuffer::refuse(const ImuSample& sample) const {
   if (!sample.gyro.allFinite() || !sample.accel.allFinite()) return "not_finite";
   if (!empty() && sample.utime <= back().utime) return "late";
+  return nullptr;
+}
+
+const char* ImuBuffer::add(const ImuSample& sample) {
+  if (const char* reason = refuse(sample)) return reason;
   samples_.push_back(sample);
   if (samples_.size() > capacity_) samples_.pop_front();
   return nullptr;
@@ -25,7 +30,7 @@ ImuSample ImuBuffer::at(const std::deque<ImuSample>::const_iterator& after, Utim
   const double s =
       static_cast<double>(utime - before.utime) / static_cast<double>(after->utime - before.utime);
   return {utime, before.gyro + s * (after->gyro - before.gyro),
-          before.accel + s * (after->accel - before.accel)};
+          before.accel + s * (after->accel - before.accel), before.measured && after->measured};
 }
 
 std::vector<ImuSample> ImuBuffer::between(Utime from, Utime until) const {

@@ -15,7 +15,8 @@ class ImuBuffer {
   // The oldest sample goes when there are more than `capacity`.
   explicit ImuBuffer(std::size_t capacity = 20'000) : capacity_(capacity) {}
 
-  // Why a sample was not taken ("not_finite", "late"), or null.
+  // Why a sample is not taken ("not_finite", "late"), or null.
+  const char* refuse(const ImuSample& sample) const;
   const char* add(const ImuSample& sample);
 
   bool empty() const { return samples_.empty(); }

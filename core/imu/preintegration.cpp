@@ -18,10 +18,17 @@ constexpr double kAccelWander = 15.0;  // m/s^2 per square root of a second
 
 bool lost_samples(const ImuNoise& noise, double dt) { return dt * noise.rate_hz > kLostStep; }
 
-Vector6d reading_variances(const ImuNoise& noise, double dt) {
+// What is made up is off by as much as such a vehicle turns and accelerates, for some tenths of a second each way.
+constexpr double kGyroUnknown = 0.8;   // rad/s per square root of a hertz
+constexpr double kAccelUnknown = 2.5;  // m/s^2 per square root of a hertz
+
+Vector6d reading_variances(const ImuNoise& noise, double dt, bool measured) {
   double gyro = noise.gyro_noise * noise.gyro_noise / dt;
   double accel = noise.accel_noise * noise.accel_noise / dt;
-  if (lost_samples(noise, dt)) {
+  if (!measured) {
+    gyro += kGyroUnknown * kGyroUnknown / dt;
+    accel += kAccelUnknown * kAccelUnknown / dt;
+  } else if (lost_samples(noise, dt)) {
     gyro += kGyroWander * kGyroWander * dt / 12.0;
     accel += kAccelWander * kAccelWander * dt / 12.0;
   }
@@ -73,7 +80,7 @@ void Preintegration::add(const ImuSample& first, const ImuSample& second) {
   B.block<3, 3>(6, 0) = dt * a_by_gyro;
   B.block<3, 3>(6, 3) = dt * a_by_accel;
 
-  const Vector6d variances = reading_variances(noise_, dt);
+  const Vector6d variances = reading_variances(noise_, dt, first.measured && second.measured);
   covariance_ = A * covariance_ * A.transpose() + B * variances.asDiagonal() * B.transpose();
   covariance_.topLeftCorner<3, 3>().diagonal().array() += position_variance(noise_, dt);
   bias_jacobian_ = A * bias_jacobian_ - B;

@@ -12,6 +12,14 @@ namespace {
 constexpr double kStartSpacingS = 0.09;  // between the frames that a segment starts from, at least
 constexpr double kRetryS = 0.2;          // between attempts to start
 constexpr int kClockWentBack = 200;      // late samples in a row: not disorder, but another clock
+// Of samples before the last frame: the front end may ask for them.
+constexpr Utime kRememberedUs = 1'000'000;
+constexpr double kFarAhead = 10.0;  // sampling intervals: a false stamp, unless the next sample is there, too
+
+bool saturated(const ImuNoise& imu, const ImuSample& sample) {
+  return sample.gyro.cwiseAbs().maxCoeff() >= imu.gyro_range ||
+         sample.accel.cwiseAbs().maxCoeff() >= imu.accel_range;
+}
 
 bool usable(const TrackObservation& seen) {
   return seen.id >= 0 && seen.left.allFinite() && (!seen.right || seen.right->allFinite()) &&
@@ -38,6 +46,7 @@ class VioEstimator::Impl {
   Impl(const Rig& rig, const VioOptions& options) : rig_(rig), stereo_(rig), options_(options) {}
 
   const char* add_imu(const ImuSample& sample);
+  bool bridge_imu(Utime until);
   Utime imu_until() const { return imu_.empty() ? 0 : imu_.back().utime; }
   SO3 predict_rotation(Utime from, Utime until) const;
   VioFrame add_frame(const FrameTracks& frame);
@@ -51,12 +60,17 @@ class VioEstimator::Impl {
   std::vector<StartFrame> start_frames() const;
   void add_frames_between(VioFrame& result) const;
   void give_up(const char* why);
+  bool far_ahead(Utime utime);
+  ImuSample made_up(Utime utime) const;
+  void take(const ImuSample& sample);
 
   Rig rig_;
   StereoRig stereo_;
   VioOptions options_;
   ImuBuffer imu_;
   int late_samples_ = 0;
+  Utime doubtful_ = 0;  // of the last sample, where it was far ahead
+  Utime measured_until_ = 0;
   std::unique_ptr<Segment> segment_;
   std::deque<FrameTracks> waiting_;  // while there is no segment
   Utime last_attempt_ = 0;
@@ -66,18 +80,51 @@ class VioEstimator::Impl {
 };
 
 const char* VioEstimator::Impl::add_imu(const ImuSample& sample) {
-  const bool late = !imu_.empty() && sample.utime <= imu_.back().utime;
+  const bool late = !imu_.empty() && sample.utime <= measured_until_;
   late_samples_ = late ? late_samples_ + 1 : 0;
   if (late_samples_ > kClockWentBack) {
     give_up("the clock went back");
     imu_.clear();
+    measured_until_ = 0;
     waiting_.clear();
     any_frame_ = false;
   }
+  if (const char* refused = imu_.refuse(sample)) return refused;
+  if (far_ahead(sample.utime)) return "ahead";
+  const bool anything = !imu_.empty() && saturated(rig_.imu, sample);
+  take(anything ? made_up(sample.utime) : sample);
+  measured_until_ = sample.utime;
+  return anything ? "saturated" : nullptr;
+}
+
+// Of two in a row the second is believed.
+bool VioEstimator::Impl::far_ahead(Utime utime) {
+  const bool far = !imu_.empty() && to_seconds(utime - imu_.back().utime) * rig_.imu.rate_hz > kFarAhead;
+  const bool confirmed = doubtful_ != 0 && utime > doubtful_ && utime - doubtful_ < kUsPerSecond;
+  doubtful_ = far && !confirmed ? utime : 0;
+  return doubtful_ != 0;
+}
+
+ImuSample VioEstimator::Impl::made_up(Utime utime) const {
+  ImuSample sample = segment_ ? segment_->steady(utime) : imu_.back();
+  sample.utime = utime;
+  sample.measured = false;
+  return sample;
+}
+
+void VioEstimator::Impl::take(const ImuSample& sample) {
   const std::optional<ImuSample> before = imu_.empty() ? std::nullopt : std::optional(imu_.back());
-  if (const char* refused = imu_.add(sample)) return refused;
-  if (segment_ && before) segment_->add_imu(*before, sample);
-  return nullptr;
+  if (imu_.add(sample) == nullptr && segment_ && before) segment_->add_imu(*before, sample);
+}
+
+bool VioEstimator::Impl::bridge_imu(Utime until) {
+  if (!segment_) return false;
+  if (to_seconds(until - measured_until_) > options_.imu_bridge_s) {
+    give_up("too long without IMU");
+    return false;
+  }
+  take(made_up(until));
+  return true;
 }
 
 SO3 VioEstimator::Impl::predict_rotation(Utime from, Utime until) const {
@@ -127,7 +174,7 @@ void VioEstimator::Impl::go_on(const FrameTracks& frame, VioFrame& result) {
     result.health = health_;
     return wait(frame, result);
   }
-  imu_.drop_before(frame.utime);
+  imu_.drop_before(frame.utime - kRememberedUs);
   segment_->set_ahead(imu_.between(frame.utime, imu_.back().utime));
 }
 
@@ -138,10 +185,11 @@ void VioEstimator::Impl::wait(FrameTracks frame, VioFrame& result) {
   }
   waiting_.push_back(std::move(frame));
   const auto span_s = [&] { return to_seconds(waiting_.back().utime - waiting_.front().utime); };
-  while (span_s() > options_.start_s + kRetryS) waiting_.pop_front();
+  const double start_s = rig_.right ? options_.start_s : options_.mono_start_s;
+  while (span_s() > start_s + kRetryS) waiting_.pop_front();
   imu_.drop_before(waiting_.front().utime);
   const bool again = to_seconds(waiting_.back().utime - last_attempt_) >= kRetryS;
-  if (span_s() >= options_.start_s && again) try_to_start(result);
+  if (span_s() >= start_s && again) try_to_start(result);
 }
 
 // The newest frame and some before it, evenly spaced, no more than fit the window.
@@ -221,6 +269,7 @@ VioEstimator::VioEstimator(const Rig& rig, const VioOptions& options)
 VioEstimator::~VioEstimator() = default;
 const char* VioEstimator::add_imu(const ImuSample& sample) { return impl_->add_imu(sample); }
 Utime VioEstimator::imu_until() const { return impl_->imu_until(); }
+bool VioEstimator::bridge_imu(Utime until) { return impl_->bridge_imu(until); }
 SO3 VioEstimator::predict_rotation(Utime from, Utime until) const {
   return impl_->predict_rotation(from, until);
 }

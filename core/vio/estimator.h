@@ -23,14 +23,17 @@ namespace covey::vio {
 
 class VioEstimator {
  public:
-  // InputError where the rig has no second camera.
   VioEstimator(const Rig& rig, const VioOptions& options);
   ~VioEstimator();
   VioEstimator(const VioEstimator&) = delete;
   VioEstimator& operator=(const VioEstimator&) = delete;
 
-  // In order of time. Why the sample was not taken ("not_finite", "late"), or null.
+  // In order of time. Why the sample was not taken as it is ("not_finite", "late", "ahead": far ahead of the one before and not confirmed by the next,
+  // "saturated": its time counts, its readings do not), or null.
   const char* add_imu(const ImuSample& sample);
+  // Where the IMU is silent: its readings are made up until then, as of a motion that goes on as it is, and count for little. False where there is no such motion,
+  // or where the IMU has been silent for too long.
+  bool bridge_imu(Utime until);
   // The time of the last IMU sample; a frame may be added once it is no later than that. 0 before the first.
   Utime imu_until() const;
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/vio/frame_pose.h"
 
+#include <cmath>
+
 #include "core/graph/solve.h"
 #include "core/imu/imu_factor.h"
 
@@ -19,6 +21,7 @@ constexpr Key kVelocity{'v', 1};
 // Of Cauchy's kernel, in sigmas: of a frame that the IMU has placed already, and of one that nobody has.
 constexpr double kNarrow = 2.0;
 constexpr double kWide = 30.0;
+constexpr double kVague = 0.02;  // rad, standard deviation of a turn that says hardly more than nothing
 
 Key landmark_key(std::int64_t track) { return {'l', static_cast<std::uint64_t>(track)}; }
 
@@ -69,7 +72,8 @@ NavState descend(const StereoRig& rig, const Landmarks& landmarks, const FrameTr
 FramePose place_frame(const StereoRig& rig, const Landmarks& landmarks, const FrameTracks& frame,
                       const NavState& guess, const ImuLink* link, double gate) {
   FramePose result{guess, 0, {}};
-  if (!link) result.state = descend(rig, landmarks, frame, guess, nullptr, kWide);
+  const bool vague = !link || std::sqrt(link->increment.covariance()(3, 3)) > kVague;
+  if (vague) result.state = descend(rig, landmarks, frame, guess, link, kWide);
   result.state = descend(rig, landmarks, frame, result.state, link, kNarrow);
   for (const TrackObservation& seen : frame.tracks) {
     const auto landmark = landmarks.find(seen.id);

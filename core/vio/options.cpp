@@ -20,9 +20,11 @@ VioOptions read_vio_options(ConfigSection& section) {
   section.read("team_sigma_m", options.team_sigma_m, 0.0, 1.0);
   section.read("team_sigma_deg", options.team_sigma_deg, 0.0, 10.0);
   section.read("start_s", options.start_s, 0.2, 10.0);
+  section.read("mono_start_s", options.mono_start_s, 0.5, 10.0);
   section.read("min_tracks", options.min_tracks, 4, 100);
   section.read("coast_s", options.coast_s, 0.0, 60.0);
   section.read("imu_gap_s", options.imu_gap_s, 0.005, 10.0);
+  section.read("imu_bridge_s", options.imu_bridge_s, 0.0, 60.0);
   return options;
 }
 

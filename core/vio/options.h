@@ -29,10 +29,12 @@ struct VioOptions {
   double team_sigma_deg = 0.03;
 
   // Start and end of a segment.
-  double start_s = 0.7;    // of images that a segment starts from
-  int min_tracks = 8;      // that agree with the map; with fewer the IMU is on its own
-  double coast_s = 3.0;    // on its own for longer: a new segment
-  double imu_gap_s = 0.6;  // without samples for longer: a new segment
+  double start_s = 0.7;       // of images that a segment starts from
+  double mono_start_s = 2.0;  // with one camera
+  int min_tracks = 8;         // that agree with the map; with fewer the IMU is on its own
+  double coast_s = 3.0;       // on its own for longer: a new segment
+  double imu_gap_s = 0.6;     // without samples and pictures for longer: a new segment
+  double imu_bridge_s = 2.0;  // without samples, but with pictures, for longer: a new segment
 };
 
 VioOptions read_vio_options(ConfigSection& section);

@@ -18,7 +18,7 @@ struct VioState {
   NavState state;  // W = O
   Matrix9d covariance = Matrix9d::
       Zero();  // of [rho; phi] in B and v_O (m, rad, m/s); position and yaw against the segment's start
-  bool coasting = false;  // on the IMU alone
+  bool coasting = false;  // on the IMU alone, or across a gap of it that images have not yet filled
 };
 
 // What the team's pose graph gets (CONVENTIONS.md, frame K).

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/vio/projection_factor.h"
 
-#include "core/base/error.h"
-
 namespace covey::vio {
 namespace {
 
@@ -51,11 +49,8 @@ Eigen::Vector2d ProjectionFactor::evaluate(const SE3& T_O_B, const Eigen::Vector
   return m - measured;
 }
 
-StereoRig::StereoRig(const Rig& rig) : T_L_B(rig.left.T_B_C.inverse()) {
-  if (!rig.right)
-    throw_input_error("vio needs two cameras: the rig (configs/sensors) has no section 'right'");
-  T_R_B = rig.right->T_B_C.inverse();
-}
+StereoRig::StereoRig(const Rig& rig)
+    : T_L_B(rig.left.T_B_C.inverse()), T_R_B(rig.right ? rig.right->T_B_C.inverse() : SE3{}) {}
 
 bool agrees(const StereoRig& rig, const SE3& T_O_B, const Landmark& landmark, const TrackObservation& seen,
             double gate) {

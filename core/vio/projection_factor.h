@@ -33,12 +33,12 @@ struct ProjectionFactor {
                            Eigen::Matrix<double, 2, 3>* J_landmark) const;
 };
 
-// The rig's two cameras.
+// The rig's cameras.
 struct StereoRig {
-  explicit StereoRig(const Rig& rig);  // InputError without a right camera
+  explicit StereoRig(const Rig& rig);
 
   SE3 T_L_B;
-  SE3 T_R_B;
+  SE3 T_R_B;  // of one camera alone: identity, since nothing is seen by another
 };
 
 // Whether the landmark lies in front of every camera that saw it from T_O_B, at most `gate` sigmas from where it was seen.

@@ -11,6 +11,8 @@ namespace {
 
 constexpr int kStartIterations = 15;       // the start is farther from the solution than a new keyframe
 constexpr Utime kCoastingAfter = 300'000;  // us without images
+constexpr Utime kGap = 50'000;             // us without samples
+constexpr double kBlindS = 0.3;            // without images and IMU
 constexpr double kFastest = 50.0;          // m/s; beyond, an estimate has gone astray
 constexpr double kLargestGyroBias = 1.0;   // rad/s
 constexpr double kLargestAccelBias = 3.0;  // m/s^2
@@ -73,10 +75,14 @@ void Segment::add(const FrameTracks& frame, const std::vector<ImuSample>& sample
   const NavState predicted = from_keyframe_.predict(keyframe_state_);
   const FramePose placed = place_frame(stereo_, landmarks_, frame, predicted, &link, options_.gate);
   const bool coasting = placed.used < options_.min_tracks;
+  const SO3 R_before = last_.T_W_B.rotation;
+  const double since_s = to_seconds(frame.utime - last_utime_);
   last_utime_ = frame.utime;
   last_ = coasting ? predicted : placed.state;
+  turning_ = (R_before.inverse() * last_.T_W_B.rotation).log() / since_s;
   last_covariance_ = propagate_covariance(keyframe_state_, keyframe_covariance_, from_keyframe_);
   if (!coasting) last_used_utime_ = frame.utime;
+  blind_s_ = coasting && !samples.back().measured ? blind_s_ + since_s : 0.0;
 
   const bool for_team = team_due(frame.utime, last_.T_W_B);
   if (for_team || keyframe_due(frame, last_.T_W_B, placed.used)) {
@@ -161,8 +167,24 @@ void Segment::cut_team_keyframe(VioFrame& result) {
   team_utime_ = last_utime_;
 }
 
+void Segment::set_ahead(const std::vector<ImuSample>& samples) {
+  ahead_ = Preintegration(rig_.imu, last_.bias);
+  ahead_measured_ = true;
+  for (std::size_t k = 1; k < samples.size(); ++k) add_imu(samples[k - 1], samples[k]);
+}
+
+void Segment::add_imu(const ImuSample& before, const ImuSample& sample) {
+  ahead_.add(before, sample);
+  ahead_measured_ = ahead_measured_ && sample.measured && sample.utime - before.utime <= kGap;
+}
+
+ImuSample Segment::steady(Utime utime) const {
+  return {utime, turning_ + last_.bias.gyro, last_.bias.accel - last_.T_W_B.rotation.inverse() * kGravity,
+          false};
+}
+
 VioState Segment::predict(Utime utime) const {
-  const bool coasting = utime - last_used_utime_ > kCoastingAfter;
+  const bool coasting = utime - last_used_utime_ > kCoastingAfter || !ahead_measured_;
   return told(name_, utime, ahead_.predict(last_), propagate_covariance(last_, last_covariance_, ahead_),
               coasting);
 }
@@ -176,6 +198,7 @@ const char* Segment::trouble() const {
   if (last_.bias.gyro.norm() > kLargestGyroBias || last_.bias.accel.norm() > kLargestAccelBias)
     return "the estimated bias is impossible";
   if (!window_.pose_at(team_utime_)) return "the keyframes' chain is broken";
+  if (blind_s_ > kBlindS) return "neither images nor IMU";
   if (to_seconds(last_utime_ - last_used_utime_) > options_.coast_s) return "too long without images";
   return nullptr;
 }

@@ -23,10 +23,10 @@ class Segment {
   void add(const FrameTracks& frame, const std::vector<ImuSample>& samples, VioFrame& result);
 
   // What the IMU says since the last frame, anew or one sample further.
-  void set_ahead(const std::vector<ImuSample>& samples) {
-    ahead_ = Preintegration(rig_.imu, last_.bias, samples);
-  }
-  void add_imu(const ImuSample& before, const ImuSample& sample) { ahead_.add(before, sample); }
+  void set_ahead(const std::vector<ImuSample>& samples);
+  void add_imu(const ImuSample& before, const ImuSample& sample);
+  // What the IMU would measure if the vehicle went on as it is: turning as between the last two frames, without acceleration.
+  ImuSample steady(Utime utime) const;
   // The state at utime, that of the last of these samples.
   VioState predict(Utime utime) const;
 
@@ -60,9 +60,12 @@ class Segment {
   // Of the last frame, and since.
   Utime last_utime_ = 0;
   NavState last_;
+  Eigen::Vector3d turning_ = Eigen::Vector3d::Zero();  // since the frame before, rad/s
   Matrix15d last_covariance_ = Matrix15d::Zero();
   Utime last_used_utime_ = 0;  // when images last moved the estimate
+  double blind_s_ = 0.0;       // that neither images nor IMU have said anything
   Preintegration ahead_;
+  bool ahead_measured_ = true;  // without a gap, and nothing made up
 
   Utime team_utime_ = 0;  // of the last keyframe for the team
   int team_keyframes_ = 0;

@@ -6,7 +6,9 @@
 
 #include "core/graph/reduced.h"
 #include "core/graph/solve.h"
+#include "core/vio/place_mono.h"
 #include "core/vio/triangulate.h"
+#include "core/vio/window.h"
 
 namespace covey::vio {
 namespace {
@@ -20,6 +22,8 @@ constexpr double kGravityTolerance = 0.15;  // of 9.81 m/s^2: the length that th
 constexpr double kStartGate = 3.0;  // wider: landmarks of a single frame are not where they seem, sideways
 constexpr double kPositionSigma = 0.005;  // of the images' relative positions, m
 constexpr double kVelocitySigma = 0.02;   // of dv, m/s
+constexpr double kMonoParallax = 0.03;    // of one camera, on z = 1
+constexpr double kScaleTolerance = 0.1;   // standard deviation of the scale that one camera may start with
 
 Key start_pose_key(std::size_t k) { return {'x', k}; }
 Key start_landmark_key(std::int64_t track) { return {'l', static_cast<std::uint64_t>(track)}; }
@@ -92,12 +96,12 @@ std::vector<SE3> place_by_images(const Rig& rig, const VioOptions& options,
   return poses;
 }
 
-Eigen::Vector3d gyro_bias_change(const std::vector<SE3>& poses,
+Eigen::Vector3d gyro_bias_change(const std::vector<SO3>& rotations,
                                  const std::vector<Preintegration>& increments) {
   Eigen::Matrix3d H = Eigen::Matrix3d::Zero();
   Eigen::Vector3d b = Eigen::Vector3d::Zero();
   for (std::size_t k = 0; k < increments.size(); ++k) {
-    const SO3 R_i_j = poses[k].rotation.inverse() * poses[k + 1].rotation;
+    const SO3 R_i_j = rotations[k].inverse() * rotations[k + 1];
     const Eigen::Matrix3d J = increments[k].bias_jacobian().block<3, 3>(3, 0);
     H += J.transpose() * J;
     b += J.transpose() * (increments[k].increment().dR.inverse() * R_i_j).log();
@@ -105,24 +109,38 @@ Eigen::Vector3d gyro_bias_change(const std::vector<SE3>& poses,
   return H.ldlt().solve(b);
 }
 
+// Bodies in V, the first body's frame: at known + s scaled, where two cameras know the scale s to be 1 and all of it is known.
+struct Places {
+  std::vector<SO3> rotations;
+  std::vector<Eigen::Vector3d> known;
+  std::vector<Eigen::Vector3d> scaled;  // empty: s is known
+};
+
 struct Alignment {
   std::vector<Eigen::Vector3d> velocities;  // in V
   Eigen::Vector3d gravity;                  // in V
+  double scale = 1.0;
+  double scale_sigma = 0.0;
 };
 
-// Step 3. Where gravity is given, only velocities are looked for.
-Alignment align(const std::vector<SE3>& poses, const std::vector<Preintegration>& increments,
+// Step 3. Where gravity is given, only velocities (and scale) are looked for. With the scale the accelerometer's bias is unknown, too, to a prior: what it pretends
+// to be way is what the scale is uncertain by.
+Alignment align(const Places& places, const std::vector<Preintegration>& increments,
                 const std::optional<Eigen::Vector3d>& gravity) {
-  const auto states = static_cast<Eigen::Index>(poses.size());
+  const auto states = static_cast<Eigen::Index>(places.rotations.size());
+  const bool find_scale = !places.scaled.empty();
   const Eigen::Index g = 3 * states;
-  Eigen::MatrixXd A = Eigen::MatrixXd::Zero(6 * (states - 1) + 3, g + 3);
+  const Eigen::Index s = g + 3;
+  const Eigen::Index bias = s + 1;
+  const Eigen::Index last = 6 * (states - 1);
+  Eigen::MatrixXd A = Eigen::MatrixXd::Zero(last + (find_scale ? 6 : 3), find_scale ? bias + 3 : s);
   Eigen::VectorXd b = Eigen::VectorXd::Zero(A.rows());
   for (Eigen::Index i = 0; i + 1 < states; ++i) {
-    const Preintegration& increment = increments[static_cast<std::size_t>(i)];
-    const SE3& T_V_i = poses[static_cast<std::size_t>(i)];
+    const auto k = static_cast<std::size_t>(i);
+    const Preintegration& increment = increments[k];
     const double T = increment.duration_s();
-    const Eigen::Matrix3d R = T_V_i.rotation.matrix().transpose();
-    const Eigen::Vector3d p = R * (poses[static_cast<std::size_t>(i) + 1].translation - T_V_i.translation);
+    const Eigen::Matrix3d R = places.rotations[k].matrix().transpose();
+    const Eigen::Vector3d p = R * (places.known[k + 1] - places.known[k]);
     A.block<3, 3>(6 * i, 3 * i) = T / kPositionSigma * R;
     A.block<3, 3>(6 * i, g) = 0.5 * T * T / kPositionSigma * R;
     b.segment<3>(6 * i) = (p - increment.increment().dp) / kPositionSigma;
@@ -130,16 +148,26 @@ Alignment align(const std::vector<SE3>& poses, const std::vector<Preintegration>
     A.block<3, 3>(6 * i + 3, 3 * i + 3) = R / kVelocitySigma;
     A.block<3, 3>(6 * i + 3, g) = -T / kVelocitySigma * R;
     b.segment<3>(6 * i + 3) = increment.increment().dv / kVelocitySigma;
+    if (!find_scale) continue;
+    A.block<3, 1>(6 * i, s) = -R * (places.scaled[k + 1] - places.scaled[k]) / kPositionSigma;
+    A.block<3, 3>(6 * i, bias) = increment.bias_jacobian().block<3, 3>(0, 3) / kPositionSigma;
+    A.block<3, 3>(6 * i + 3, bias) = -increment.bias_jacobian().block<3, 3>(6, 3) / kVelocitySigma;
   }
+  if (find_scale) A.block<3, 3>(last + 3, bias).diagonal().setConstant(1.0 / WindowPrior{}.accel_bias);
   if (gravity) {
     constexpr double kCertain = 1e6;
-    A.bottomRightCorner<3, 3>().diagonal().setConstant(kCertain);
-    b.tail<3>() = kCertain * *gravity;
+    A.block<3, 3>(last, g).diagonal().setConstant(kCertain);
+    b.segment<3>(last) = kCertain * *gravity;
   }
-  const Eigen::VectorXd x = graph::solve_semidefinite(A.transpose() * A, A.transpose() * b);
+  const Eigen::MatrixXd H = A.transpose() * A;
+  const Eigen::VectorXd x = graph::solve_semidefinite(H, A.transpose() * b);
   Alignment result;
   for (Eigen::Index i = 0; i < states; ++i) result.velocities.push_back(x.segment<3>(3 * i));
-  result.gravity = x.tail<3>();
+  result.gravity = x.segment<3>(g);
+  if (find_scale) {
+    result.scale = x(s);
+    result.scale_sigma = std::sqrt(graph::solve_semidefinite(H, Eigen::VectorXd::Unit(H.rows(), s))(s));
+  }
   return result;
 }
 
@@ -153,30 +181,75 @@ SO3 shortest_rotation(const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
                   from.unitOrthogonal());  // along each other: none, or half a turn about any axis across
 }
 
+Places in_one_piece(const std::vector<SE3>& poses) {
+  Places places;
+  for (const SE3& T_V_B : poses) {
+    places.rotations.push_back(T_V_B.rotation);
+    places.known.push_back(T_V_B.translation);
+  }
+  return places;
+}
+
+// From the poses of a camera on the body, up to scale, in the first one's frame.
+Places of_body(const std::vector<SE3>& cameras, const SE3& T_B_C) {
+  Places places;
+  for (const SE3& T_V_C : cameras) {
+    const SO3 R = T_B_C.rotation * T_V_C.rotation * T_B_C.rotation.inverse();
+    places.rotations.push_back(R);
+    places.known.push_back(T_B_C.translation - R * T_B_C.translation);
+    places.scaled.push_back(T_B_C.rotation * T_V_C.translation);
+  }
+  return places;
+}
+
+MonoPlaces place_by_one_camera(const Rig& rig, std::span<const StartFrame> frames,
+                               const std::vector<Preintegration>& increments) {
+  std::vector<const FrameTracks*> tracks;
+  std::vector<SO3> rotations;
+  const SO3 R_B_C = rig.left.T_B_C.rotation;
+  for (std::size_t k = 0; k < frames.size(); ++k) {
+    tracks.push_back(&frames[k].tracks);
+    rotations.push_back(
+        k == 0 ? SO3() : rotations.back() * R_B_C.inverse() * increments[k - 1].increment().dR * R_B_C);
+  }
+  return place_mono(tracks, rotations);
+}
+
 }  // namespace
 
 Start find_start(const Rig& rig, const VioOptions& options, std::span<const StartFrame> frames) {
   if (frames.size() < 3) return {{}, "too few frames"};
   ImuBias bias;
   std::vector<Preintegration> increments = integrate(rig, bias, frames);
-  const std::vector<SE3> poses = place_by_images(rig, options, frames, increments);
-  if (poses.size() < frames.size()) return {{}, "too few tracks that agree"};
+  Places places;
+  if (rig.right) {
+    places = in_one_piece(place_by_images(rig, options, frames, increments));
+  } else {
+    const MonoPlaces found = place_by_one_camera(rig, frames, increments);
+    if (found.parallax < kMonoParallax) return {{}, "too little parallax for one camera"};
+    places = of_body(found.T_V_C, rig.left.T_B_C);
+  }
+  if (places.rotations.size() < frames.size()) return {{}, "too few tracks that agree"};
 
-  bias.gyro += gyro_bias_change(poses, increments);
+  bias.gyro += gyro_bias_change(places.rotations, increments);
   increments = integrate(rig, bias, frames);
 
-  Alignment found = align(poses, increments, std::nullopt);
+  Alignment found = align(places, increments, std::nullopt);
   const double length = found.gravity.norm();
   if (!(std::abs(length / kGravity.norm() - 1.0) < kGravityTolerance))
     return {{}, "images and accelerometer do not agree"};
   const Eigen::Vector3d down_V = found.gravity / length;
-  found = align(poses, increments, Eigen::Vector3d(kGravity.norm() * down_V));
+  found = align(places, increments, Eigen::Vector3d(kGravity.norm() * down_V));
+  if (!(found.scale > 0.0) || found.scale_sigma > kScaleTolerance * found.scale)
+    return {{}, "the motion does not tell the scale yet"};
 
   const SO3 R_O_V = shortest_rotation(down_V, -Eigen::Vector3d::UnitZ());
   Start start;
-  for (std::size_t k = 0; k < poses.size(); ++k) {
+  for (std::size_t k = 0; k < frames.size(); ++k) {
+    Eigen::Vector3d p_V = places.known[k];
+    if (!places.scaled.empty()) p_V += found.scale * places.scaled[k];
     start.states.push_back(
-        {SE3{R_O_V, Eigen::Vector3d::Zero()} * poses[k], R_O_V * found.velocities[k], bias});
+        {SE3{R_O_V * places.rotations[k], R_O_V * p_V}, R_O_V * found.velocities[k], bias});
   }
   return start;
 }

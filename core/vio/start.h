@@ -10,7 +10,8 @@
 //        R_i^T (p_j - p_i) - dp = T R_i^T v_i + T^2 / 2 R_i^T g,   dv = R_i^T (v_j - v_i) - T R_i^T g
 //   4. the frame is turned upright: origin at the first body position, z against gravity, body axes turned by the shortest rotation.
 //
-// After Qin, Li, Shen, "VINS-Mono", T-RO 2018, section V, without the scale. The accelerometer's bias is left to the smoother.
+// After Qin, Li, Shen, "VINS-Mono", T-RO 2018, section V. The accelerometer's bias is left to the smoother. One camera knows its places up to a scale only
+// (place_mono.h), which is one more unknown of step 3: it takes a longer stretch, with parallax and with accelerations, so nothing starts while it stands.
 
 #include <span>
 #include <string>

@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/vision/stereo_front_end.h"
 
+#include <cmath>
+#include <cstring>
 #include <utility>
 
 #include "core/base/error.h"
 
 namespace covey {
 namespace {
+
+constexpr double kHardly = 0.1;  // of the tracks: fewer are found again where a picture shows nothing
 
 cv::Mat wrap(std::span<const std::uint8_t> bytes, int width, int height) {
   return {height, width, CV_8UC1,
@@ -30,6 +34,7 @@ FrontEndOptions read_front_end_options(ConfigSection& section) {
   section.read("sigma_px", options.sigma_px, 0.05, 10.0);
   section.read("motion_px", options.motion_px, 0.2, 50.0);
   section.read("refill_frames", options.refill_frames, 1, 100);
+  section.read("passed_over_s", options.passed_over_s, 0.0, 2.0);
   section.read("search_frames", options.search_frames, 1, 100);
   section.read("window_px", options.flow.window_px, 5, 51);
   section.read("levels", options.flow.levels, 2, 8);
@@ -70,9 +75,18 @@ FrontEndFrame StereoFrontEnd::process(const StereoPictures& pictures, const SO3&
   FrontEndFrame frame;
   const cv::Mat left_picture = wrap(pictures.left, pictures.width, pictures.height);
   ImagePyramid left = build_pyramid(left_picture, options_.flow);
-  if (!left_.empty()) follow(left, R_prev_cur.inverse(), frame);
-  add_corners(left);
   frame.tracks.utime = pictures.utime;
+  bool followed = false;
+  if (!left_.empty()) {
+    std::vector<Track> before = tracks_;
+    follow(left, R_prev_cur.inverse(), frame);
+    followed = static_cast<double>(frame.tracked) > kHardly * static_cast<double>(before.size());
+    if (!followed && passes_over(pictures.utime)) {
+      tracks_ = std::move(before);
+      return frame;
+    }
+  }
+  add_corners(left);
   for (const Track& track : tracks_) {
     frame.tracks.tracks.push_back({track.id, track.m, std::nullopt, options_.sigma_px / camera_.fx});
   }
@@ -80,7 +94,29 @@ FrontEndFrame StereoFrontEnd::process(const StereoPictures& pictures, const SO3&
     match_right(left, wrap(pictures.right, pictures.width, pictures.height), frame);
   }
   left_ = std::move(left);
+  left_utime_ = pictures.utime;
+  left_followed_ = followed;
   return frame;
+}
+
+// A picture that shows none of the tracks, where the one before it did not begin them itself: noise has corners, too.
+bool StereoFrontEnd::passes_over(Utime utime) const {
+  return left_followed_ && std::abs(to_seconds(utime - left_utime_)) < options_.passed_over_s;
+}
+
+std::optional<Utime> StereoFrontEnd::compared_with() const {
+  return left_.empty() ? std::nullopt : std::optional(left_utime_);
+}
+
+bool StereoFrontEnd::repeats(const StereoPictures& pictures) const {
+  if (left_.empty()) return false;
+  const cv::Mat& before = left_.picture(0);
+  const auto width = static_cast<std::size_t>(pictures.width);
+  for (int row = 0; row < pictures.height; ++row) {
+    if (std::memcmp(before.ptr(row), &pictures.left[static_cast<std::size_t>(row) * width], width) != 0)
+      return false;
+  }
+  return true;
 }
 
 // tracks_ from the frame before to this one.

@@ -9,7 +9,8 @@
 //   4. tracks are matched with the right picture, from the depth that they had or by a search (stereo_matcher.h); where a search finds nothing the
 //      next one comes some frames later.
 //
-// Pictures that show nothing (black, white, covered) end all tracks; the next ones begin new ones. Without a right picture tracks go on, and keep the depth
+// Pictures that show nothing (black, white, covered) are passed over: the next ones are compared with those before, for a few tenths of a second; then all
+// tracks end and new ones begin. Without a right picture tracks go on, and keep the depth
 // that they had for step 2. The same pictures and rotations give the same tracks.
 
 #include <opencv2/core.hpp>
@@ -28,11 +29,12 @@
 namespace covey {
 
 struct FrontEndOptions {
-  int tracks = 140;        // at most
-  double sigma_px = 0.5;   // of an observation's coordinate
-  double motion_px = 2.0;  // farthest from where the still scene would be
-  int refill_frames = 3;   // new corners are looked for that often
-  int search_frames = 5;   // and tracks without a match searched for in the right picture
+  int tracks = 140;            // at most
+  double sigma_px = 0.5;       // of an observation's coordinate
+  double motion_px = 2.0;      // farthest from where the still scene would be
+  int refill_frames = 3;       // new corners are looked for that often
+  int search_frames = 5;       // and tracks without a match searched for in the right picture
+  double passed_over_s = 0.3;  // of pictures that show nothing; then all tracks end
   FlowOptions flow;
   CornerOptions corners;
   StereoOptions stereo;
@@ -61,8 +63,13 @@ class StereoFrontEnd {
   // Why these pictures cannot be used: "size" (not the rig's), "bytes" (other than width height, right may be empty); else null.
   const char* refuse(const StereoPictures& pictures) const;
 
-  // R_prev_cur: of the left camera since the frame before, as predicted; identity will do where nothing is known, for slow turns.
+  // R_prev_cur: of the left camera since the picture that this one is compared with, as predicted; identity will do where nothing is known, for slow turns.
   FrontEndFrame process(const StereoPictures& pictures, const SO3& R_prev_cur);
+
+  // The stamp of the picture that the next one is compared with; nothing before the first.
+  std::optional<Utime> compared_with() const;
+  // Whether the left picture is that one, byte for byte: real sensors have noise.
+  bool repeats(const StereoPictures& pictures) const;
 
  private:
   struct Track {
@@ -74,6 +81,7 @@ class StereoFrontEnd {
   };
 
   void follow(const ImagePyramid& left, const SO3& R_cur_prev, FrontEndFrame& frame);
+  bool passes_over(Utime utime) const;
   void check_motion(const std::vector<Track>& before, const SO3& R_cur_prev);
   void thin_out();
   void add_corners(const ImagePyramid& left);
@@ -83,8 +91,10 @@ class StereoFrontEnd {
   FrontEndOptions options_;
   FrameMotionOptions motion_;
   std::optional<StereoMatcher> matcher_;
-  ImagePyramid left_;          // of the frame before
-  std::vector<Track> tracks_;  // by rising id
+  ImagePyramid left_;  // of the frame before
+  Utime left_utime_ = 0;
+  bool left_followed_ = false;  // it showed tracks of the one before it
+  std::vector<Track> tracks_;   // by rising id
   std::int64_t next_id_ = 0;
   int since_corners_ = 0;  // frames since new corners were looked for
 };

@@ -3,6 +3,7 @@
 
 #include <spdlog/spdlog.h>
 
+#include <cmath>
 #include <ctime>
 #include <opencv2/core/utility.hpp>
 #include <utility>
@@ -13,10 +14,17 @@
 namespace covey {
 namespace {
 
-constexpr std::size_t kMostWaiting = 3;  // pictures
+constexpr std::size_t kMostWaiting = 3;  // pictures, on the bus
+// For their IMU samples; when there are more the IMU has gone silent.
+constexpr std::size_t kPatience = 6;
+constexpr double kTurning = 0.05;  // rad/s: more than the bias of a gyroscope that nobody has calibrated yet
 
 // Of this process, which has one thread: what a frame costs, whoever else is busy.
 double cpu_ms() { return 1e3 * static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
+
+bool turns(const SO3& R_prev_cur, Utime us) {
+  return R_prev_cur.log().norm() > kTurning * std::abs(to_seconds(us));
+}
 
 const char* word(vio::VioPhase phase) {
   switch (phase) {
@@ -50,7 +58,7 @@ void ImageSource::on_imu(const imu_t& message) {
   const Utime before = estimator_.imu_until();
   if (const char* reason = estimator_.add_imu(sample_from(message))) {
     process_.status().count(fmt::format("dropped/{}/{}", kImu.name, reason));
-    return;
+    if (estimator_.imu_until() == before) return;
   }
   if (estimator_.imu_until() < before) last_frame_ = 0;  // the clock went back
   if (const auto state = estimator_.predict()) output_.publish_state(*state);
@@ -65,12 +73,21 @@ void ImageSource::on_stereo(const stereo_t& message) {
     drop(waiting_.back().utime, "disorder");
     waiting_.pop_back();
   }
-  if (waiting_.size() == kMostWaiting) {
+  waiting_.push_back(message);
+  if (waiting_.size() > kPatience) go_without_imu();
+  work();
+}
+
+// The oldest picture has waited long enough.
+void ImageSource::go_without_imu() {
+  if (estimator_.bridge_imu(waiting_.front().utime)) {
+    process_.status().count("imu_bridged");
+    work();
+    if (const auto state = estimator_.predict()) output_.publish_state(*state);
+  } else {
     drop(waiting_.front().utime, "no_imu");
     waiting_.pop_front();
   }
-  waiting_.push_back(message);
-  work();
 }
 
 void ImageSource::work() {
@@ -83,9 +100,13 @@ void ImageSource::work() {
 
 void ImageSource::process(const stereo_t& message) {
   const double began_ms = cpu_ms();
-  const SO3 R_prev_cur = last_frame_ == 0 ? SO3() : estimator_.predict_rotation(last_frame_, message.utime);
-  const FrontEndFrame seen = front_end_.process(pictures_from(message), R_prev_cur);
+  const Utime before = front_end_.compared_with().value_or(message.utime);
+  const SO3 R_prev_cur = estimator_.predict_rotation(before, message.utime);
+  const StereoPictures pictures = pictures_from(message);
   last_frame_ = message.utime;
+  if (front_end_.repeats(pictures) && turns(R_prev_cur, message.utime - before))
+    return drop(message.utime, "frozen");
+  const FrontEndFrame seen = front_end_.process(pictures, R_prev_cur);
   const double seen_ms = cpu_ms();
   const vio::VioFrame frame = estimator_.add_frame(seen.tracks);
   const double frame_ms = cpu_ms() - began_ms;

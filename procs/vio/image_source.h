@@ -2,7 +2,7 @@
 #pragma once
 
 // Visual-inertial odometry from IMU and STEREO: front end (core/vision), then estimator (core/vio). A picture is worked on as soon as an IMU sample of its time or
-// later is there; the newest few wait for that, and win over older ones when the process falls behind.
+// later is there; where none comes the newest few wait for it, and what is older goes on without.
 
 #include <deque>
 #include <string>
@@ -25,6 +25,7 @@ class ImageSource {
   void on_imu(const imu_t& message);
   void on_stereo(const stereo_t& message);
   void work();
+  void go_without_imu();
   void process(const stereo_t& message);
   void take(const vio::VioFrame& frame);
   void drop(Utime utime, const char* reason);

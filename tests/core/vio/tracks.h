@@ -97,7 +97,7 @@ class TrackSim {
     const double sigma = options_.sigma_px / options_.focal_px;
     const Eigen::Vector2d slid = to_seconds(utime - track.since) * track.slide;
     TrackObservation observation{track.id, *left + slid + random_.vector<2>(sigma), std::nullopt, sigma};
-    const auto right = project(*rig_.right, T_W_B, point);
+    const auto right = rig_.right ? project(*rig_.right, T_W_B, point) : std::nullopt;
     if (right && random_.uniform(0.0, 1.0) >= options_.mono)
       observation.right = *right + slid + random_.vector<2>(sigma);
     return observation;
