@@ -17,7 +17,7 @@ import importlib
 
 from covey_tools.errors import InputError
 
-NAMES = ("robustness", "graphs", "vio", "loops")
+NAMES = ("robustness", "graphs", "vio", "faults", "loops")
 
 
 def load(name):

@@ -34,7 +34,7 @@ _FIGURES = ("ate_m", "max_m", "rpe_percent", "rpe_deg_per_m", "nees", "edge_nees
 
 def run(options, say):
     seconds = options.seconds or (QUICK_SECONDS if options.quick else None)
-    flights, clips = _find(options)
+    flights, clips = find(options)
     rows, notes = [], []
     recorded, complaints = recordings.prepare_flights(flights, seconds, options.seed, CONFIG, options.cache, say)
     notes += [f"{os.path.basename(folder)}: {why}" for folder, why in complaints.items()]
@@ -52,7 +52,7 @@ def run(options, say):
     return rows, notes
 
 
-def _find(options):
+def find(options):
     """(folders of flights, folders with pictures of their own) that are wanted, by name."""
     root = os.path.abspath(options.motion or os.path.join(options.data, "euroc", "motion"))
     if not os.path.isdir(root):
@@ -115,19 +115,20 @@ def _measure(name, log, truth, folder, rows, notes):
     os.makedirs(folder, exist_ok=True)
     tum, frames, out = (os.path.join(folder, file) for file in ("vio.tum", "frames.csv", "vio.lcm"))
     try:
-        _run_vio(log, out, tum, frames)
+        run_vio(log, out, tum, frames)
         error = json.loads(programs.run("evaluate", ["odometry", "--estimate", tum, "--reference", truth, "--log", out]))
     except (Failure, InputError) as reason:
         notes.append(f"{name}: {reason}")
         return
-    row = {"sequence": name, **_frame_figures(frames, tum), **{key: error.get(key) for key in _FIGURES}, "rss_mb": _most_resident(out)}
+    row = {"sequence": name, **frame_figures(frames, tum), **{key: error.get(key) for key in _FIGURES}, "rss_mb": _most_resident(out)}
     row["length_m"] = round(motion.length(motion.read_tum(truth)), 1)
     rows.append(row)
     with open(os.path.join(folder, "errors.json"), "w", encoding="utf-8") as file:
         json.dump(_errors(tum, truth, error), file)
 
 
-def _run_vio(log, out, tum, frames):
+def run_vio(log, out, tum, frames):
+    """Failure where it ends otherwise than well."""
     program = os.path.join(places.build_folder(), "bin", "vio")
     arguments = [program, "--robot", "0", "--config", CONFIG, "--url", f"file://{log}", "--out", out, "--tum", tum, "--frames", frames]
     for path in (out, tum, frames):
@@ -157,7 +158,7 @@ def _most_resident(log):
     return max((dict(zip(each.gauge_names, each.gauge_values)).get("rss_mb", 0.0) for each in told if each), default=None)
 
 
-def _frame_figures(frames, tum):
+def frame_figures(frames, tum):
     with open(frames, encoding="ascii", newline="") as file:
         sets = list(csv.DictReader(file))
     worked = [each for each in sets if float(each["frame_ms"]) > 0.0]
