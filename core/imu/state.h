@@ -23,7 +23,8 @@ struct ImuSample {
   Utime utime = 0;
   Eigen::Vector3d gyro = Eigen::Vector3d::Zero();
   Eigen::Vector3d accel = Eigen::Vector3d::Zero();
-  bool measured = true;  // false: made up, where the sensor was silent or at the end of its range; counts for little
+  bool measured =
+      true;  // false: made up, where the sensor was silent or at the end of its range; counts for little
 };
 
 struct ImuBias {

@@ -5,6 +5,7 @@
 
 #include "core/graph/solve.h"
 #include "core/imu/imu_factor.h"
+#include "core/vio/keys.h"
 
 namespace covey::vio {
 namespace {
@@ -22,8 +23,6 @@ constexpr Key kVelocity{'v', 1};
 constexpr double kNarrow = 2.0;
 constexpr double kWide = 30.0;
 constexpr double kVague = 0.02;  // rad, standard deviation of a turn that says hardly more than nothing
-
-Key landmark_key(std::int64_t track) { return {'l', static_cast<std::uint64_t>(track)}; }
 
 void add_link(const ImuLink& link, const NavState& guess, Graph& graph, Values& values) {
   const Key pose{'x', 0};

@@ -5,12 +5,12 @@
 #include <map>
 
 #include "core/graph/solve.h"
+#include "core/vio/keys.h"
 #include "core/vio/projection_factor.h"
 
 namespace covey::vio {
 namespace {
 
-using graph::Key;
 using graph::Noise;
 using graph::Robust;
 using graph::Vector;
@@ -25,9 +25,6 @@ struct Chain {
   std::size_t first = 0;
   std::vector<std::pair<std::size_t, const TrackObservation*>> views;  // by frame
 };
-
-Key camera_key(std::size_t k) { return {'x', k}; }
-Key point_key(std::int64_t track) { return {'l', static_cast<std::uint64_t>(track)}; }
 
 std::map<std::int64_t, Chain> chains_of(std::span<const FrameTracks* const> frames) {
   std::map<std::int64_t, Chain> chains;
@@ -66,10 +63,10 @@ MonoPlaces place_mono(std::span<const FrameTracks* const> frames, std::span<cons
 
   graph::Values values;
   for (std::size_t k = 0; k < frames.size(); ++k)
-    values.set(camera_key(k), SE3{rotations[k], Eigen::Vector3d::Zero()});
+    values.set(pose_key(k), SE3{rotations[k], Eigen::Vector3d::Zero()});
   for (const auto& [track, chain] : chains) {
     const Eigen::Vector2d& m = chain.views.front().second->left;
-    values.set(point_key(track), Vector<3>(m.x(), m.y(), kFirstInverse));
+    values.set(landmark_key(track), Vector<3>(m.x(), m.y(), kFirstInverse));
   }
   // Wide at first: nothing is where it will be.
   for (const double width : {100.0, 10.0, 2.0}) {
@@ -77,11 +74,11 @@ MonoPlaces place_mono(std::span<const FrameTracks* const> frames, std::span<cons
     for (const auto& [track, chain] : chains) {
       const SE3 T_V_A{rotations[chain.first], Eigen::Vector3d::Zero()};
       for (const auto& [k, seen] : chain.views) {
-        graph.add(ProjectionFactor{{}, T_V_A, seen->left}, {camera_key(k), point_key(track)},
+        graph.add(ProjectionFactor{{}, T_V_A, seen->left}, {pose_key(k), landmark_key(track)},
                   Noise<2>::sigma(seen->sigma), Robust::huber(width));
       }
     }
-    graph.set_constant(camera_key(0));
+    graph.set_constant(pose_key(0));
     graph::solve(graph, values,
                  {.max_iterations = 25,
                   .relative_cost_tolerance = 1e-4,
@@ -93,16 +90,16 @@ MonoPlaces place_mono(std::span<const FrameTracks* const> frames, std::span<cons
   int all = 0;
   for (const auto& [track, chain] : chains) {
     const SE3 T_V_A{rotations[chain.first], Eigen::Vector3d::Zero()};
-    const Vector<3> l = values.get<Vector<3>>(point_key(track));
+    const Vector<3> l = values.get<Vector<3>>(landmark_key(track));
     for (const auto& [k, seen] : chain.views) {
       const ProjectionFactor factor{{}, T_V_A, seen->left};
-      const double miss = factor.evaluate(values.get<SE3>(camera_key(k)), l, nullptr, nullptr).norm();
+      const double miss = factor.evaluate(values.get<SE3>(pose_key(k)), l, nullptr, nullptr).norm();
       agreeing += miss < kAgrees * seen->sigma ? 1 : 0;
       ++all;
     }
   }
   if (agreeing < kHoldTogether * all) return result;
-  for (std::size_t k = 0; k < frames.size(); ++k) result.T_V_C.push_back(values.get<SE3>(camera_key(k)));
+  for (std::size_t k = 0; k < frames.size(); ++k) result.T_V_C.push_back(values.get<SE3>(pose_key(k)));
   return result;
 }
 

@@ -6,6 +6,7 @@
 
 #include "core/graph/reduced.h"
 #include "core/graph/solve.h"
+#include "core/vio/keys.h"
 #include "core/vio/place_mono.h"
 #include "core/vio/triangulate.h"
 #include "core/vio/window.h"
@@ -13,7 +14,6 @@
 namespace covey::vio {
 namespace {
 
-using graph::Key;
 using graph::Noise;
 using graph::Robust;
 using graph::Vector;
@@ -24,9 +24,6 @@ constexpr double kPositionSigma = 0.005;  // of the images' relative positions, 
 constexpr double kVelocitySigma = 0.02;   // of dv, m/s
 constexpr double kMonoParallax = 0.03;    // of one camera, on z = 1
 constexpr double kScaleTolerance = 0.1;   // standard deviation of the scale that one camera may start with
-
-Key start_pose_key(std::size_t k) { return {'x', k}; }
-Key start_landmark_key(std::int64_t track) { return {'l', static_cast<std::uint64_t>(track)}; }
 
 std::vector<Preintegration> integrate(const Rig& rig, const ImuBias& bias,
                                       std::span<const StartFrame> frames) {
@@ -51,25 +48,24 @@ void adjust(const StereoRig& rig, std::span<const StartFrame> frames, const Land
   graph::Graph graph;
   graph::Values values;
   for (std::size_t k = 0; k < frames.size(); ++k) {
-    values.set(start_pose_key(k), poses[k]);
+    values.set(pose_key(k), poses[k]);
     for (const TrackObservation& seen : frames[k].tracks.tracks) {
       const auto found = landmarks.find(seen.id);
       if (found == landmarks.end()) continue;
       const Landmark& landmark = found->second;
-      values.set(start_landmark_key(seen.id), Vector<3>(landmark.l));
+      values.set(landmark_key(seen.id), Vector<3>(landmark.l));
       const auto add = [&](const SE3& T_C_B, const Eigen::Vector2d& m) {
-        graph.add(ProjectionFactor{T_C_B, landmark.T_O_A, m},
-                  {start_pose_key(k), start_landmark_key(seen.id)}, Noise<2>::sigma(seen.sigma),
-                  Robust::cauchy(2.0));
+        graph.add(ProjectionFactor{T_C_B, landmark.T_O_A, m}, {pose_key(k), landmark_key(seen.id)},
+                  Noise<2>::sigma(seen.sigma), Robust::cauchy(2.0));
       };
       add(rig.T_L_B, seen.left);
       if (seen.right) add(rig.T_R_B, *seen.right);
     }
   }
-  graph.set_constant(start_pose_key(0));
+  graph.set_constant(pose_key(0));
   graph::solve(graph, values,
                {.max_iterations = 10, .relative_cost_tolerance = 1e-4, .eliminate_first = 'l'});
-  for (std::size_t k = 0; k < frames.size(); ++k) poses[k] = values.get<SE3>(start_pose_key(k));
+  for (std::size_t k = 0; k < frames.size(); ++k) poses[k] = values.get<SE3>(pose_key(k));
 }
 
 // Body poses in V, the first body's frame; fewer than frames where the images do not hold together.

@@ -5,6 +5,7 @@
 
 #include "core/graph/pose_factors.h"
 #include "core/imu/imu_factor.h"
+#include "core/vio/keys.h"
 #include "core/vio/triangulate.h"
 
 namespace covey::vio {
@@ -21,11 +22,6 @@ constexpr std::size_t kMinKeyframes = 2;  // that see a landmark
 constexpr double kRenewed = 0.25;
 // rad. Beyond, a keyframe is no longer linearised where it was held: a start may be a degree off.
 constexpr double kPointReach = 2e-3;
-
-Key pose_key(std::uint64_t id) { return {'x', id}; }
-Key velocity_key(std::uint64_t id) { return {'v', id}; }
-Key bias_key(std::uint64_t id) { return {'b', id}; }
-Key landmark_key(std::int64_t track) { return {'l', static_cast<std::uint64_t>(track)}; }
 
 const TrackObservation* find_track(const FrameTracks& frame, std::int64_t id) {
   const auto found =

@@ -217,26 +217,26 @@ TEST_CASE("VioEstimator: half a second without IMU is bridged by the pictures") 
 }
 
 TEST_CASE("VioEstimator: frames bridge a whole second without IMU, and more than they may not") {
-  const Run r = run(AnalyticMotion{}, 12.0, {.seed = 6}, {}, {8.0, 9.0, true});
+  const Run r = run(AnalyticMotion{}, 6.5, {.seed = 6}, {}, {4.0, 5.0, true});
   CHECK(r.healths.back().segments == 1);
   CHECK(ate_m(r) < 0.03);
   CHECK(r.healths.back().phase == VioPhase::kTracking);
   for (std::size_t k = 1; k < r.states.size(); ++k)
     REQUIRE(r.states[k].utime - r.states[k - 1].utime == kFrame);
-  const Run longer = run(AnalyticMotion{}, 12.0, {.seed = 6}, {}, {5.0, 8.0, true});
+  const Run longer = run(AnalyticMotion{}, 5.0, {.seed = 6}, {}, {2.0, 4.2, true});
   CHECK(longer.healths.back().segments == 2);
   CHECK(longer.healths.back().trouble == "too long without IMU");
 }
 
 TEST_CASE("VioEstimator: without images and IMU a segment ends soon") {
   const auto dark = [](double t, TrackSim& sim, FrameTracks& frame) {
-    if (t > 8.0 && t < 9.0) {
+    if (t > 3.0 && t < 4.0) {
       sim.lose_all();
       frame.tracks.clear();
     }
     return true;
   };
-  const Run r = run(AnalyticMotion{}, 12.0, {.seed = 6}, dark, {8.0, 9.0, true});
+  const Run r = run(AnalyticMotion{}, 5.0, {.seed = 6}, dark, {3.0, 4.0, true});
   CHECK(r.healths.back().segments == 2);
   CHECK(r.healths.back().trouble == "neither images nor IMU");
 }
@@ -361,15 +361,13 @@ TEST_CASE("VioEstimator: a clock that goes back opens a new segment") {
 TEST_CASE("VioEstimator: one camera starts when motion tells the scale, and keeps it") {
   Rig rig = stereo_rig();
   rig.right.reset();
-  for (const std::uint64_t seed : {7U, 8U}) {
-    const Run r = run(still_first(), 20.0, {.seed = seed}, {}, {}, rig);
-    CAPTURE(seed, r.healths.back().no_start);
-    REQUIRE(r.healths.back().segments == 1);
-    const auto started = std::find_if(r.healths.begin(), r.healths.end(),
-                                      [](const VioHealth& health) { return health.segments > 0; });
-    CHECK(started - r.healths.begin() > 40);  // it stands for two seconds
-    CHECK(started - r.healths.begin() < 80);
-    CHECK(ate_m(r) < 0.06);
-    CHECK(mean_keyframe_nees(r) < 12.0);
-  }
+  const Run r = run(still_first(), 12.0, {.seed = 7}, {}, {}, rig);
+  CAPTURE(r.healths.back().no_start);
+  REQUIRE(r.healths.back().segments == 1);
+  const auto started = std::find_if(r.healths.begin(), r.healths.end(),
+                                    [](const VioHealth& health) { return health.segments > 0; });
+  CHECK(started - r.healths.begin() > 40);  // it stands for two seconds
+  CHECK(started - r.healths.begin() < 80);
+  CHECK(ate_m(r) < 0.06);
+  CHECK(mean_keyframe_nees(r) < 12.0);
 }
