@@ -14,8 +14,6 @@ constexpr int kBeforeAtMost = 5;   // ids, to a keyframe that still is "the one 
 KeyframeName end_a(const loop_t& loop) { return {loop.robot_a, loop.segment_a, loop.id_a}; }
 KeyframeName end_b(const loop_t& loop) { return {loop.robot_b, loop.segment_b, loop.id_b}; }
 
-bool is_robot(int robot) { return robot >= 0 && robot < kMostRobots; }
-
 }  // namespace
 
 LcdAgent::LcdAgent(int robot, std::int64_t stream, std::shared_ptr<const Vocabulary> vocabulary,
@@ -24,6 +22,7 @@ LcdAgent::LcdAgent(int robot, std::int64_t stream, std::shared_ptr<const Vocabul
       stream_(stream),
       vocabulary_(std::move(vocabulary)),
       options_(options),
+      exchange_(robot, static_cast<std::int64_t>(vocabulary_->hash()), options.exchange),
       allowance_(options_.verifications_per_s) {}
 
 const char* LcdAgent::add(const KeyframeName& name, Utime utime, FrameFeatures features, Utime now) {
@@ -35,15 +34,26 @@ const char* LcdAgent::add(const KeyframeName& name, Utime utime, FrameFeatures f
   const lcd_bag_t bag = bag_message(name, utime, counts, vocabulary_->hash());
   records_.emplace_back(bag);
   records_.emplace_back(frame_message(name, utime, robot_, features));
-  outgoing_.emplace_back(bag);
+  own_bags_[name] = bag;
+  exchange_.offer(name);
+  exchange_bags(now);
   own_features_[name] = std::move(features);
   for (const auto& [robot, places] : robots_) look_for(name, robot);
   ask(now);
   return nullptr;
 }
 
+const char* LcdAgent::receive(const lcd_inventory_t& message, Utime now) {
+  if (message.from == robot_ || !is_robot(message.from)) return "robot";
+  hear(message.from, now);
+  const char* reason = exchange_.receive(message, now);
+  exchange_bags(now);
+  return reason;
+}
+
 const char* LcdAgent::receive(const lcd_bag_t& message, Utime now) {
   if (message.from == robot_ || !is_robot(message.from)) return "robot";
+  hear(message.from, now);
   if (message.vocabulary != static_cast<std::int64_t>(vocabulary_->hash())) return "vocabulary";
   WordCounts counts;
   if (const char* reason = read_bag(message, vocabulary_->words(), counts)) return reason;
@@ -52,6 +62,7 @@ const char* LcdAgent::receive(const lcd_bag_t& message, Utime now) {
   funnel_.count(message.from, "received");
   if (verifier_of(robot_, message.from) != robot_) return nullptr;
   const KeyframeName name{message.from, message.segment, message.id};
+  if (!exchange_.take(name)) return "duplicate";
   if (const char* reason = remember(name, message.utime, std::move(bag))) return reason;
   records_.emplace_back(message);
   asks_left_.try_emplace(name.robot, options_.asked_at_once).first->second += options_.asks_per_keyframe;
@@ -63,6 +74,7 @@ const char* LcdAgent::receive(const lcd_bag_t& message, Utime now) {
 const char* LcdAgent::receive(const lcd_request_t& message, Utime now) {
   if (message.from == robot_ || message.to != robot_ || !is_robot(message.from)) return "robot";
   if (message.n <= 0 || message.n > kMostAskedFor) return "values";
+  hear(message.from, now);
   for (std::size_t k = 0; k < message.ids.size(); ++k) {
     const KeyframeName name{robot_, message.segments[k], message.ids[k]};
     const FrameFeatures* own = features_of(name);
@@ -79,6 +91,7 @@ const char* LcdAgent::receive(const lcd_frame_t& message, Utime now) {
   if (!asked_.contains(name)) return "unasked";
   FrameFeatures features;
   if (const char* reason = read_frame(message, features)) return reason;
+  hear(message.from, now);
   asked_.erase(name);
   funnel_.count(message.from, "answered");
   if (features.size() == 0) {
@@ -95,6 +108,7 @@ const char* LcdAgent::receive(const lcd_loop_t& message, Utime now) {
   if (message.to != robot_ || message.from == robot_ || !is_robot(message.from)) return "robot";
   if (loop.robot_a != std::min(robot_, message.from) || loop.robot_b != std::max(robot_, message.from))
     return "robot";
+  hear(message.from, now);
   const auto known = std::find_if(loops_.begin(), loops_.end(),
                                   [&loop](const loop_t& other) { return is_same_closure(loop, other); });
   if (verifier_of(robot_, message.from) == robot_) {
@@ -120,7 +134,7 @@ const char* LcdAgent::receive(const lcd_loop_t& message, Utime now) {
 void LcdAgent::tick(Utime now) {
   std::vector<KeyframeName> unanswered;
   for (auto& [name, asked] : asked_) {
-    if (now < asked.again) continue;
+    if (now < asked.again || !exchange_.present(name.robot, now)) continue;
     if (asked.times >= options_.ask_times) {
       unanswered.push_back(name);
       continue;
@@ -133,13 +147,9 @@ void LcdAgent::tick(Utime now) {
     asked_.erase(name);
     forget_candidates(name, "unanswered");
   }
-  for (auto& [loop, untold] : untold_) {
-    if (now < untold.again) continue;
-    untold.period = std::min(2 * untold.period, 12 * options_.repeat_loop_us);
-    untold.again = now + untold.period;
-    tell(loop, untold.to, now);
-  }
+  tell(now);
   ask(now);
+  exchange_bags(now);
 }
 
 bool LcdAgent::work(Utime now) {
@@ -159,17 +169,18 @@ bool LcdAgent::work(Utime now) {
   return true;
 }
 
-bool LcdAgent::is_busy() const {
+bool LcdAgent::is_busy(Utime now) const {
   // A robot that has not answered twice may have gone; nobody should wait for it.
-  const bool asked =
-      std::any_of(asked_.begin(), asked_.end(), [](const auto& each) { return each.second.times <= 2; });
-  const bool telling = std::any_of(untold_.begin(), untold_.end(), [this](const auto& each) {
-    return each.second.period <= 2 * options_.repeat_loop_us;
+  const bool asked = std::any_of(asked_.begin(), asked_.end(), [&](const auto& each) {
+    return each.second.times <= 2 && exchange_.present(each.first.robot, now);
+  });
+  const bool telling = std::any_of(untold_.begin(), untold_.end(), [&](const auto& each) {
+    return each.second.period <= 2 * options_.repeat_loop_us && exchange_.present(each.second.to, now);
   });
   const bool ready = std::any_of(waiting_.begin(), waiting_.end(), [this](const Candidate& c) {
     return features_of(c.other) && features_of(c.own);
   });
-  return asked || telling || ready;
+  return asked || telling || ready || exchange_.owes(now);
 }
 
 void LcdAgent::restore(const LcdRecord& record) {
@@ -177,7 +188,14 @@ void LcdAgent::restore(const LcdRecord& record) {
     WordCounts counts;
     if (bag->vocabulary != static_cast<std::int64_t>(vocabulary_->hash())) return;
     if (read_bag(*bag, vocabulary_->words(), counts)) return;
-    remember({bag->from, bag->segment, bag->id}, bag->utime, vocabulary_->bag(counts));
+    const KeyframeName name{bag->from, bag->segment, bag->id};
+    if (remember(name, bag->utime, vocabulary_->bag(counts))) return;
+    if (name.robot != robot_) {
+      exchange_.take(name);
+      return;
+    }
+    own_bags_[name] = *bag;
+    exchange_.offer(name);
   } else if (const auto* frame = std::get_if<lcd_frame_t>(&record)) {
     FrameFeatures own;
     if (read_frame(*frame, own)) return;
@@ -212,6 +230,28 @@ std::map<Utime, int> LcdAgent::own_positions() const {
     next[place.name.segment] = std::max(next[place.name.segment], place.name.id + 1);
   }
   return next;
+}
+
+// One that comes into range has waited for nothing until now: what is under way is given its time again.
+void LcdAgent::hear(int robot, Utime now) {
+  if (!exchange_.hear(robot, now)) return;
+  for (auto& [name, asked] : asked_) {
+    if (name.robot == robot) asked = {now + options_.ask_again_us, 1};
+  }
+  for (auto& [loop, untold] : untold_) {
+    if (untold.to != robot) continue;
+    untold.period = options_.repeat_loop_us;
+    if (untold.again > 0) untold.again = now + untold.period;
+  }
+}
+
+void LcdAgent::exchange_bags(Utime now) {
+  while (const auto due = exchange_.next(now)) {
+    lcd_bag_t bag = own_bags_.at(due->name);
+    bag.to = due->to;
+    outgoing_.emplace_back(std::move(bag));
+  }
+  if (auto inventory = exchange_.say(now)) outgoing_.emplace_back(std::move(*inventory));
 }
 
 const char* LcdAgent::remember(const KeyframeName& name, Utime utime, BagOfWords bag) {
@@ -317,7 +357,8 @@ void LcdAgent::ask(Utime now) {
   for (const Candidate& candidate : waiting_) {
     const KeyframeName& name = candidate.other;
     if (candidate.similarity < options_.ask_similarity) break;
-    if (features_of(name) || name.robot == robot_ || asked_.contains(name) || is_redundant(candidate))
+    if (features_of(name) || !exchange_.present(name.robot, now) || asked_.contains(name) ||
+        is_redundant(candidate))
       continue;
     double& left = asks_left_.try_emplace(name.robot, options_.asked_at_once).first->second;
     if (open[name.robot] >= options_.asked_at_once || left < 1.0) continue;
@@ -356,8 +397,7 @@ void LcdAgent::verify_candidate(const Candidate& candidate, Utime now) {
   if (verification.refused || loops() >= options_.most_loops) return;
   loop_t loop = loop_message(a, b, verification, candidate.similarity);
   take_loop(loop, now);
-  if (candidate.other.robot == robot_) return;
-  tell(loops_.size() - 1, candidate.other.robot, now);
+  tell(now);
 }
 
 void LcdAgent::count_steps(int robot, const Verification& verification) {
@@ -378,9 +418,6 @@ void LcdAgent::take_loop(loop_t loop, Utime now) {
   loop.stream = stream_;
   loop.number = next_number_++;
   note_loop(loop);
-  for (auto& [k, untold] : untold_) {
-    if (untold.again == 0) untold.again = now + options_.repeat_loop_us;
-  }
   records_.emplace_back(loop);
   new_loops_.push_back(loop);
 }
@@ -395,13 +432,18 @@ void LcdAgent::note_loop(const loop_t& loop) {
   loops_.push_back(loop);
 }
 
-void LcdAgent::tell(std::size_t loop, int to, Utime now) {
-  lcd_loop_t message{};
-  message.utime = now;
-  message.from = robot_;
-  message.to = to;
-  message.loop = loops_[loop];
-  outgoing_.emplace_back(message);
+void LcdAgent::tell(Utime now) {
+  for (auto& [loop, untold] : untold_) {
+    if (now < untold.again || !exchange_.present(untold.to, now)) continue;
+    if (untold.again > 0) untold.period = std::min(2 * untold.period, 12 * options_.repeat_loop_us);
+    untold.again = now + untold.period;
+    lcd_loop_t message{};
+    message.utime = now;
+    message.from = robot_;
+    message.to = untold.to;
+    message.loop = loops_[loop];
+    outgoing_.emplace_back(message);
+  }
 }
 
 bool LcdAgent::spend_verification(Utime now) {

@@ -4,9 +4,10 @@
 // One robot's side of distributed place recognition, without clock or socket: messages and time in, messages and closures out.
 // The paper's two steps (section V):
 //
-//  1. Each keyframe's bag of words goes to everyone, once (lcd_bag_t). Of two robots one looks for common places, in turn by the
-//     parity of their numbers, so that the work is shared evenly and every pair of keyframes is looked at once in the team. A
-//     keyframe's similarity to another is divided by that to the keyframe before it, of its own robot: what can be expected there.
+//  1. Each keyframe's bag of words goes to everyone, once (lcd_bag_t), or later to those who missed it (bag_exchange.h). Of two
+//     robots one looks for common places, in turn by the parity of their numbers, so that the work is shared evenly and every pair
+//     of keyframes is looked at once in the team. A keyframe's similarity to another is divided by that to the keyframe before it,
+//     of its own robot: what can be expected there.
 //  2. For the best candidates it asks for the other's points and descriptors (lcd_request_t -> lcd_frame_t: the best of them, which
 //     are matched with all of its own), verifies (verification.h), and tells the other robot what it measured (lcd_loop_t), which
 //     answers with the same message: an acknowledgement. Both publish the very same numbers, since pose graphs know a shared closure
@@ -15,11 +16,13 @@
 // Closures of a robot with its own past need no messages. A closure next to an accepted one says little new and is not looked for.
 //
 // Whatever the network loses, doubles or disorders: a closure that one end has reaches the other, for it is repeated until it is
-// acknowledged; lost words and features cost closures, never agreement. Work and memory are bounded by LcdOptions. What must
+// acknowledged; lost features cost closures, never agreement. A robot that is out of range is neither asked nor told: both wait
+// until it is heard again. Work and memory are bounded by LcdOptions. What must
 // survive a restart is handed out as records, in an order in which they can be taken back.
 
 #include <covey/lcd_bag_t.hpp>
 #include <covey/lcd_frame_t.hpp>
+#include <covey/lcd_inventory_t.hpp>
 #include <covey/lcd_loop_t.hpp>
 #include <covey/lcd_request_t.hpp>
 #include <covey/loop_t.hpp>
@@ -31,6 +34,7 @@
 #include <variant>
 #include <vector>
 
+#include "core/place/bag_exchange.h"
 #include "core/place/database.h"
 #include "core/place/funnel.h"
 #include "core/place/lcd_messages.h"
@@ -58,14 +62,12 @@ struct LcdOptions {
   int ask_times = 5;
   Utime repeat_loop_us = 5 * kUsPerSecond;  // doubles up to twelve times that
   int most_loops = 100'000;
+  ExchangeOptions exchange;
   VerificationOptions verification;
 };
 
-using LcdMessage = std::variant<lcd_bag_t, lcd_request_t, lcd_frame_t, lcd_loop_t>;
+using LcdMessage = std::variant<lcd_inventory_t, lcd_bag_t, lcd_request_t, lcd_frame_t, lcd_loop_t>;
 using LcdRecord = std::variant<lcd_bag_t, lcd_frame_t, lcd_loop_t, loop_t>;
-
-// Of two robots, the one that looks for their common places.
-inline int verifier_of(int a, int b) { return ((a + b) % 2 == 1) == (a < b) ? a : b; }
 
 class LcdAgent {
  public:
@@ -77,18 +79,19 @@ class LcdAgent {
   const char* add(const KeyframeName& name, Utime utime, FrameFeatures features, Utime now);
 
   // Null when taken, else why not.
+  const char* receive(const lcd_inventory_t& message, Utime now);
   const char* receive(const lcd_bag_t& message, Utime now);
   const char* receive(const lcd_request_t& message, Utime now);
   const char* receive(const lcd_frame_t& message, Utime now);
   const char* receive(const lcd_loop_t& message, Utime now);
 
-  // Asks and tells again what has not been answered.
+  // Sends what others lack; asks and tells again what has not been answered.
   void tick(Utime now);
   // Verifies at most one candidate, some 10 ms of work; false: there was none that could be.
   bool work(Utime now);
 
-  // Something is to be verified, or was asked or told a short while ago and is not answered yet.
-  bool is_busy() const;
+  // Something is to be verified, or was sent, asked or told a short while ago to a robot in range and is not answered yet.
+  bool is_busy(Utime now) const;
 
   // Before anything else: what an earlier run of this robot's left behind, in its order.
   void restore(const LcdRecord& record);
@@ -103,6 +106,9 @@ class LcdAgent {
   int keyframes(int robot) const;
   int others_keyframes() const;
   int waiting() const { return static_cast<int>(waiting_.size()); }
+  int untold() const {
+    return static_cast<int>(untold_.size());
+  }  // closures that the other end has not acknowledged
   int loops() const { return static_cast<int>(loops_.size()); }
   // The next id of each own segment.
   std::map<Utime, int> own_positions() const;
@@ -128,12 +134,14 @@ class LcdAgent {
   };
   struct Untold {
     int to = 0;
-    Utime again = 0;
+    Utime again = 0;  // 0: not told yet
     Utime period = 0;
   };
   // Ids of accepted closures by what they join: (own segment, other robot, its segment).
   using Joint = std::tuple<Utime, int, Utime>;
 
+  void hear(int robot, Utime now);
+  void exchange_bags(Utime now);
   const char* remember(const KeyframeName& name, Utime utime, BagOfWords bag);
   double self_similarity(const KeyframeName& name) const;
   void look_for(const KeyframeName& name, int robot);
@@ -150,7 +158,7 @@ class LcdAgent {
   void count_steps(int robot, const Verification& verification);
   void take_loop(loop_t loop, Utime now);
   void note_loop(const loop_t& loop);
-  void tell(std::size_t loop, int to, Utime now);
+  void tell(Utime now);
   bool spend_verification(Utime now);
 
   int robot_;
@@ -159,6 +167,8 @@ class LcdAgent {
   std::shared_ptr<const Vocabulary> vocabulary_;
   LcdOptions options_;
 
+  BagExchange exchange_;
+  std::map<KeyframeName, lcd_bag_t> own_bags_;
   std::map<int, RobotPlaces> robots_;
   std::map<KeyframeName, FrameFeatures> own_features_;
   std::map<KeyframeName, FrameFeatures> others_features_;

@@ -16,8 +16,6 @@ namespace {
 constexpr double kFarthestM = 1e6;
 constexpr double kUnitTolerance = 0.01;
 
-constexpr std::int32_t kMostId = 1'000'000'000;  // there are ids before and after it
-
 bool is_id(std::int32_t id) { return id >= 0 && id <= kMostId; }
 
 bool is_unit(double norm) { return std::abs(norm - 1.0) < kUnitTolerance; }
@@ -92,6 +90,37 @@ const char* read_frame(const lcd_frame_t& message, FrameFeatures& features) {
   }
   if (const char* reason = decode_points(message.code, message.n, read)) return reason;
   features = std::move(read);
+  return nullptr;
+}
+
+lcd_inventory_t inventory_message(int robot, Utime utime, std::int64_t vocabulary,
+                                  const Inventory& inventory) {
+  lcd_inventory_t message{};
+  message.utime = utime;
+  message.from = robot;
+  message.to = -1;
+  message.vocabulary = vocabulary;
+  message.whole = inventory.whole ? 1 : 0;
+  message.n = static_cast<std::int32_t>(inventory.runs.size());
+  for (const RunInventory& run : inventory.runs) {
+    message.robots.push_back(static_cast<std::int16_t>(run.robot));
+    message.segments.push_back(run.segment);
+  }
+  message.code = encode_ids(inventory.runs);
+  message.n_code = static_cast<std::int32_t>(message.code.size());
+  return message;
+}
+
+const char* read_inventory(const lcd_inventory_t& message, Inventory& inventory) {
+  if (message.n < 0 || message.n > kMostRuns) return "size";
+  Inventory read;
+  read.whole = message.whole != 0;
+  for (std::size_t k = 0; k < static_cast<std::size_t>(message.n); ++k) {
+    if (!is_robot(message.robots[k])) return "robot";
+    read.runs.push_back({.robot = message.robots[k], .segment = message.segments[k]});
+  }
+  if (const char* reason = decode_ids(message.code, read.runs)) return reason;
+  inventory = std::move(read);
   return nullptr;
 }
 

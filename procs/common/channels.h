@@ -22,6 +22,7 @@
 #include <covey/keyframe_t.hpp>
 #include <covey/lcd_bag_t.hpp>
 #include <covey/lcd_frame_t.hpp>
+#include <covey/lcd_inventory_t.hpp>
 #include <covey/lcd_loop_t.hpp>
 #include <covey/lcd_request_t.hpp>
 #include <covey/loop_t.hpp>
@@ -122,7 +123,10 @@ inline constexpr RadioChannel<dpgo_poses_t> kDpgoPoses{"DPGO_POSES", radio::Modu
 inline constexpr RadioChannel<dpgo_relay_t> kDpgoRelay{"DPGO_RELAY", radio::Module::kDpgo, false, 2};
 inline constexpr RadioChannel<dpgo_relay_t> kDpgoRelayRound{"DPGO_RELAY_ROUND", radio::Module::kDpgo, true};
 
-inline constexpr RadioChannel<lcd_bag_t> kLcdBag{"LCD_BAG", radio::Module::kPlaceRecognition, true};
+// What an inventory does not list is sent again: bags need no acknowledgement of their own.
+inline constexpr RadioChannel<lcd_inventory_t> kLcdInventory{"LCD_INVENTORY",
+                                                             radio::Module::kPlaceRecognition, false, 2};
+inline constexpr RadioChannel<lcd_bag_t> kLcdBag{"LCD_BAG", radio::Module::kPlaceRecognition, false};
 inline constexpr RadioChannel<lcd_request_t> kLcdRequest{"LCD_REQUEST", radio::Module::kGeometricVerification,
                                                          true, 1};
 inline constexpr RadioChannel<lcd_frame_t> kLcdFrame{"LCD_FRAME", radio::Module::kGeometricVerification,
@@ -132,9 +136,9 @@ inline constexpr RadioChannel<lcd_loop_t> kLcdLoop{"LCD_LOOP", radio::Module::kG
 
 // Every radio channel. radio_bridge lets nothing else cross.
 inline constexpr std::tuple kRadioChannels{
-    kDpgoBeacon,     kDpgoNeighbours, kDpgoRound,  kDpgoRequest, kDpgoJoin,  kDpgoKeys,
-    kDpgoStart,      kDpgoAlignment,  kDpgoStep,   kDpgoGraph,   kDpgoPoses, kDpgoRelay,
-    kDpgoRelayRound, kLcdBag,         kLcdRequest, kLcdFrame,    kLcdLoop};
+    kDpgoBeacon,     kDpgoNeighbours, kDpgoRound, kDpgoRequest, kDpgoJoin,  kDpgoKeys,
+    kDpgoStart,      kDpgoAlignment,  kDpgoStep,  kDpgoGraph,   kDpgoPoses, kDpgoRelay,
+    kDpgoRelayRound, kLcdInventory,   kLcdBag,    kLcdRequest,  kLcdFrame,  kLcdLoop};
 
 // The same without the types.
 const radio::TreatmentTable& radio_table();

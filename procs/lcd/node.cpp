@@ -49,6 +49,7 @@ LcdNode::LcdNode(Process& process, const LcdNodeOptions& options, const Rig& rig
       StreamPositions(own.begin(), own.end()));
   process.sensor_bus().subscribe(kStereo, [this](const stereo_t& message) { on_stereo(message); },
                                  {.newest_wins = true, .capacity = kQueueOfImages});
+  listen(kLcdInventory);
   listen(kLcdBag);
   listen(kLcdRequest);
   listen(kLcdFrame);
@@ -130,6 +131,7 @@ void LcdNode::work() {
 void LcdNode::publish() {
   struct Publish {
     Bus& bus;
+    void operator()(const lcd_inventory_t& m) { bus.publish(kLcdInventory, m); }
     void operator()(const lcd_bag_t& m) { bus.publish(kLcdBag, m); }
     void operator()(const lcd_request_t& m) { bus.publish(kLcdRequest, m); }
     void operator()(const lcd_frame_t& m) { bus.publish(kLcdFrame, m); }
@@ -152,8 +154,9 @@ void LcdNode::publish_status() {
   status.gauge("keyframes", agent_.keyframes(process_.robot()));
   status.gauge("others_keyframes", agent_.others_keyframes());
   status.gauge("loops", agent_.loops());
+  status.gauge("untold", agent_.untold());
   status.gauge("waiting", agent_.waiting());
-  status.set_phase(agent_.is_busy() || !expected_.empty() ? "working" : "idle");
+  status.set_phase(agent_.is_busy(process_.now()) || !expected_.empty() ? "working" : "idle");
 }
 
 }  // namespace covey

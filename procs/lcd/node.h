@@ -7,7 +7,8 @@
 //   writes  LOOP (stream); OUT_LCD_*; STATUS
 //
 // STATUS: phase `idle` (nothing to verify, nothing asked and not answered) or `working`; counters funnel/ROBOT/STEP
-// (core/place/funnel.h); dropped/KEYFRAME/no_images; gauges keyframes (with features), others_keyframes, loops, waiting (candidates);
+// (core/place/funnel.h); dropped/KEYFRAME/no_images; gauges keyframes (with features), others_keyframes, loops, untold (not
+// acknowledged yet), waiting (candidates);
 // extract_ms and work_ms of CPU.
 
 #include <deque>

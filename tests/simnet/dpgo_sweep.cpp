@@ -8,13 +8,13 @@
 #include <cmath>
 #include <map>
 #include <numeric>
-#include <random>
 #include <set>
 #include <vector>
 
 #include "core/pgo/solve_distributed.h"
 #include "core/sim/grid.h"
 #include "tests/simnet/dpgo_team.h"
+#include "tests/simnet/seeds.h"
 
 namespace covey::pgo {
 namespace {
@@ -28,19 +28,6 @@ constexpr double kFarM = 0.5;
 constexpr double kTurnedRad = 0.1;
 
 using Robots = std::set<int>;
-
-class Random {
- public:
-  explicit Random(std::uint64_t seed) : random_(seed) {}
-  double uniform(double low, double high) {
-    return low + (high - low) * static_cast<double>(random_() >> 11) * 0x1p-53;
-  }
-  int below(int n) { return static_cast<int>(random_() % static_cast<std::uint64_t>(n)); }
-  bool chance(double probability) { return uniform(0.0, 1.0) < probability; }
-
- private:
-  std::mt19937_64 random_;
-};
 
 // A world, and what a lossless run makes of it with some of its robots.
 class World {
@@ -116,7 +103,7 @@ class World {
 // Which robots hear each other: links that are there, less the partitions that are on.
 class Links {
  public:
-  Links(int robots, Random& random) : robots_(robots) {
+  Links(int robots, SeededRandom& random) : robots_(robots) {
     const int kind = random.below(5);
     if (kind < 2) {
       for (int a = 0; a < robots; ++a) {
@@ -378,7 +365,7 @@ class Run {
     return words;
   }
 
-  Random random_;
+  SeededRandom random_;
   int robots_;
   World& world_;
   Links links_;

@@ -1,17 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Seeded runs through everything at once (dpgo_sweep.h). COVEY_SEEDS=500 test_simnet_dpgo "seeded runs*" takes seeds 1 ... 500 and
-// sums them up, COVEY_SEEDS=101-200 those alone; without it the first few.
+// Seeded runs through everything at once (dpgo_sweep.h); seeds.h says how to take others: COVEY_SEEDS=500 test_simnet_dpgo "seeded runs*"
+// sums up seeds 1 ... 500.
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <catch2/catch.hpp>
-#include <cstdio>
-#include <cstdlib>
 #include <iostream>
 #include <string>
 
 #include "tests/simnet/dpgo_sweep.h"
+#include "tests/simnet/seeds.h"
 
 namespace covey::pgo {
 namespace {
@@ -36,20 +35,8 @@ struct Summary {
   }
 };
 
-struct Seeds {
-  int first = 1;
-  int last = 30;
-};
-
-Seeds seeds_in(const char* words) {
-  Seeds seeds;
-  if (std::sscanf(words, "%d-%d", &seeds.first, &seeds.last) < 2) seeds = {1, std::atoi(words)};
-  return seeds;
-}
-
 TEST_CASE("seeded runs end with all connected robots on the lossless result") {
-  const char* asked = std::getenv("COVEY_SEEDS");
-  const Seeds seeds = asked == nullptr ? Seeds{} : seeds_in(asked);
+  const Seeds seeds = seeds_or(30);
   REQUIRE(seeds.first > 0);
   REQUIRE(seeds.first <= seeds.last);
   Summary summary;
@@ -59,7 +46,7 @@ TEST_CASE("seeded runs end with all connected robots on the lossless result") {
     INFO("seed " << seed << ": " << run.story);
     CHECK(run.failure == "");
   }
-  if (asked == nullptr) {
+  if (!seeds.asked) {
     REQUIRE(summary.with_relays > 0);
     return;
   }

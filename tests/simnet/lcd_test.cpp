@@ -3,213 +3,23 @@
 // same closures in the end, and they are right. With dpgo on top, what is found puts the team into one frame.
 
 #include <catch2/catch.hpp>
-#include <functional>
-#include <iostream>
 #include <memory>
 #include <set>
 
 #include "core/pgo/dgnc_agent.h"
-#include "core/place/lcd_agent.h"
 #include "procs/dpgo/messages.h"
-#include "tests/core/place/places.h"
+#include "tests/simnet/lcd_team.h"
 #include "tests/simnet/network.h"
 
 namespace covey::place {
 namespace {
 
-using testing::RandomGeometry;
-
-constexpr Utime kSecond = kUsPerSecond;
-
-// A street with things on both sides.
-std::vector<testing::Landmark> make_street(double length) {
-  RandomGeometry random(3);
-  std::vector<testing::Landmark> street;
-  for (int k = 0; k < static_cast<int>(12 * length); ++k) {
-    const double side = k % 2 == 0 ? 1.0 : -1.0;
-    street.push_back(
-        {{random.uniform(0.0, length + 15.0), side * random.uniform(2.5, 6.0), random.uniform(-1.0, 4.0)},
-         testing::random_descriptor(random)});
-  }
-  return street;
-}
-
-std::shared_ptr<const Vocabulary> vocabulary() {
-  static const auto kVocabulary = std::make_shared<const Vocabulary>(
-      Vocabulary::load(std::filesystem::path(COVEY_SOURCE_DIR) / "configs/place/vocabulary.bin"));
-  return kVocabulary;
-}
-
-struct Seen {
-  KeyframeName name;
-  Utime utime;
-  SE3 T_W_B;
-  FrameFeatures features;
-};
-
-// Every robot drives along the street, one after the other and a bit beside the others; it has its own odometry frame.
-std::vector<Seen> drive(int robot, int keyframes) {
-  static const auto kStreet = make_street(30.0);
-  RandomGeometry random(100 + static_cast<std::uint64_t>(robot));
-  std::vector<Seen> seen;
-  for (int id = 0; id < keyframes; ++id) {
-    SE3 T_W_B;
-    T_W_B.translation = {0.8 * id + 0.3 * robot, 0.25 * robot + random.uniform(-0.1, 0.1), 0.0};
-    T_W_B.rotation = SO3::exp({0.0, 0.0, random.uniform(-0.05, 0.05)});
-    seen.push_back({{robot, 7 + robot, id},
-                    id * kSecond / 2,
-                    T_W_B,
-                    see(kStreet, T_W_B, testing::forward_camera(), random,
-                        {.turned_bits = 5, .strangers = 40, .far_m = 14.0})});
-  }
-  return seen;
-}
-
-constexpr int kKeyframes = 30;
-
-class Team {
- public:
-  Team(int robots, LinkFaults faults, std::uint64_t seed = 1) : network_(seed, faults, robots) {
-    for (int robot = 0; robot < robots; ++robot) {
-      drives_.push_back(drive(robot, kKeyframes));
-      start(robot);
-    }
-  }
-
-  void start(int robot) {
-    LcdOptions options;
-    options.ask_again_us = kSecond;
-    options.repeat_loop_us = kSecond;
-    options.verifications_per_s = 20.0;
-    agents_[robot] = std::make_unique<LcdAgent>(robot, now_ + 1, vocabulary(), options);
-    for (const LcdRecord& record : records_[robot]) agents_[robot]->restore(record);
-    collect(robot);
-  }
-  // As kill -9 and a respawn do; with or without what was on disk.
-  void restart(int robot, bool with_state) {
-    network_.restart(robot);
-    if (!with_state) records_[robot].clear();
-    start(robot);
-  }
-
-  // The next keyframe of each robot comes every half second.
-  void run_for(Utime duration) {
-    for (const Utime end = now_ + duration; now_ < end; now_ += 20'000) {
-      if (now_ % (kSecond / 2) == 0) {
-        for (auto& [robot, agent] : agents_) feed(robot);
-      }
-      network_.deliver_until(now_, [&](int to, int, const LcdMessage& message, Utime t) {
-        std::visit([&](const auto& m) { agents_.at(to)->receive(m, t); }, message);
-        collect(to);
-      });
-      for (auto& [robot, agent] : agents_) {
-        agent->tick(now_);
-        agent->work(now_);
-        collect(robot);
-      }
-    }
-  }
-
-  void run_until_told(int robot) {
-    while (agents_.at(robot)->is_busy()) run_for(20'000);
-  }
-
-  bool is_quiet() const {
-    return network_.idle() && std::none_of(agents_.begin(), agents_.end(),
-                                           [](const auto& each) { return each.second->is_busy(); });
-  }
-  void run_until_quiet() {
-    run_for(kKeyframes * kSecond / 2 + kSecond);
-    for (int k = 0; k < 120 && !is_quiet(); ++k) run_for(kSecond);
-  }
-
-  // What a robot has published of closures with another (or itself), by its content.
-  std::map<KeyframeName, loop_t> closures(int robot, int other) const {
-    std::map<KeyframeName, loop_t> result;
-    for (const loop_t& loop : published_.at(robot)) {
-      if (std::pair(loop.robot_a, loop.robot_b) != std::pair(std::min(robot, other), std::max(robot, other)))
-        continue;
-      result[{0, loop.id_a * 1000 + loop.id_b, static_cast<int>(1e6 * loop.t_A_B[0])}] = loop;
-    }
-    return result;
-  }
-  SE3 truth(const loop_t& loop) const {
-    return pose(loop.robot_a, loop.id_a).inverse() * pose(loop.robot_b, loop.id_b);
-  }
-  const std::vector<loop_t>& published(int robot) const { return published_.at(robot); }
-  const std::vector<Seen>& drive_of(int robot) const { return drives_[static_cast<std::size_t>(robot)]; }
-  LcdAgent& agent(int robot) { return *agents_.at(robot); }
-  SimNetwork<LcdMessage>& network() { return network_; }
-
- private:
-  const SE3& pose(int robot, int id) const {
-    return drives_[static_cast<std::size_t>(robot)][static_cast<std::size_t>(id)].T_W_B;
-  }
-  void feed(int robot) {
-    const auto next = fed_[robot];
-    const auto& drive = drives_[static_cast<std::size_t>(robot)];
-    if (next >= drive.size()) return;
-    ++fed_[robot];
-    REQUIRE(agents_.at(robot)->add(drive[next].name, drive[next].utime, drive[next].features, now_) ==
-            nullptr);
-    collect(robot);
-  }
-  void collect(int robot) {
-    LcdAgent& agent = *agents_.at(robot);
-    for (LcdRecord& record : agent.take_records()) records_[robot].push_back(std::move(record));
-    for (const LcdMessage& message : agent.take_outgoing()) {
-      const int to = std::visit([](const auto& m) { return m.to; }, message);
-      network_.send(robot, to, message, now_);
-    }
-    for (const loop_t& loop : agent.take_loops()) published_[robot].push_back(loop);
-  }
-
-  SimNetwork<LcdMessage> network_;
-  Utime now_ = 0;
-  std::vector<std::vector<Seen>> drives_;
-  std::map<int, std::unique_ptr<LcdAgent>> agents_;
-  std::map<int, std::size_t> fed_;
-  std::map<int, std::vector<LcdRecord>> records_;
-  std::map<int, std::vector<loop_t>> published_;
-};
-
-void require_agreement(const Team& team, int robots, std::size_t least) {
-  for (int a = 0; a < robots; ++a) {
-    for (int b = a + 1; b < robots; ++b) {
-      INFO("robots " << a << " and " << b);
-      const auto of_a = team.closures(a, b);
-      const auto of_b = team.closures(b, a);
-      REQUIRE(of_a.size() >= least);
-      REQUIRE(of_a.size() == of_b.size());
-      for (const auto& [name, loop] : of_a) {
-        REQUIRE(of_b.count(name) == 1);
-        REQUIRE(is_same_closure(loop, of_b.at(name)));
-        const SE3 T_A_B{SO3::from_quaternion({loop.q_A_B[0], loop.q_A_B[1], loop.q_A_B[2], loop.q_A_B[3]}),
-                        {loop.t_A_B[0], loop.t_A_B[1], loop.t_A_B[2]}};
-        REQUIRE((T_A_B.inverse() * team.truth(loop)).log().norm() < 0.3);
-      }
-    }
-  }
-}
-
-// Numbers of a stream count from 0 without gaps, whatever was restarted.
-void require_good_streams(const Team& team, int robots) {
-  for (int robot = 0; robot < robots; ++robot) {
-    std::map<std::int64_t, std::set<std::int32_t>> numbers;
-    for (const loop_t& loop : team.published(robot)) numbers[loop.stream].insert(loop.number);
-    for (const auto& [stream, of_stream] : numbers) {
-      REQUIRE(*of_stream.begin() == 0);
-      REQUIRE(*of_stream.rbegin() + 1 == static_cast<int>(of_stream.size()));
-    }
-  }
-}
-
 TEST_CASE("on a perfect network every pair finds closures, and each is verified once") {
   Team team(3, {});
   team.run_until_quiet();
   REQUIRE(team.is_quiet());
-  require_agreement(team, 3, 8);
-  require_good_streams(team, 3);
+  REQUIRE(disagreement(team, 8) == "");
+  REQUIRE(has_good_streams(team));
   const LcdOptions options;
   for (const auto& [a, b] : {std::pair{0, 1}, {0, 2}, {1, 2}}) {
     const int verifier = verifier_of(a, b);
@@ -240,8 +50,8 @@ TEST_CASE("loss, delay, doubles and disorder cost closures, never agreement") {
     Team team(3, {.loss = 0.3, .delay_us = 50'000, .jitter_us = 400'000, .duplicate = 0.3}, seed);
     team.run_until_quiet();
     team.run_for(60 * kSecond);
-    require_agreement(team, 3, 2);
-    require_good_streams(team, 3);
+    REQUIRE(disagreement(team, 2) == "");
+    REQUIRE(has_good_streams(team));
   }
 }
 
@@ -256,8 +66,8 @@ TEST_CASE("a restarted robot goes on with its closures, with and without its mem
       team.run_until_quiet();
       team.run_for(60 * kSecond);
       INFO("victim " << victim << ", with state " << with_state);
-      require_agreement(team, 3, 2);
-      require_good_streams(team, 3);
+      REQUIRE(disagreement(team, 2) == "");
+      REQUIRE(has_good_streams(team));
       std::set<std::int64_t> streams;
       for (const loop_t& loop : team.published(victim)) streams.insert(loop.stream);
       if (before > 0) REQUIRE(streams.size() == 2);
@@ -274,12 +84,12 @@ TEST_CASE("a restarted robot goes on with its closures, with and without its mem
 TEST_CASE("a partition delays closures with the others, and holds nobody up") {
   Team team(3, {.delay_us = 20'000});
   team.run_for(4 * kSecond);
-  team.network().isolate(1);
+  team.air().isolate(1);
   team.run_for(4 * kSecond);
-  team.network().heal();
+  team.air().heal();
   team.run_until_quiet();
   team.run_for(30 * kSecond);
-  require_agreement(team, 3, 3);
+  REQUIRE(disagreement(team, 3) == "");
 }
 
 TEST_CASE("what anybody may say is refused with its reason and changes nothing") {
@@ -288,8 +98,8 @@ TEST_CASE("what anybody may say is refused with its reason and changes nothing")
   LcdAgent& agent = team.agent(1);
   const int loops = agent.loops();
   const Seen& seen = team.drive_of(0)[0];
-  const lcd_bag_t words =
-      bag_message({0, 7, 900}, 0, vocabulary()->counts(seen.features.descriptors), vocabulary()->hash());
+  const lcd_bag_t words = bag_message({0, 7, 900}, 0, street_vocabulary()->counts(seen.features.descriptors),
+                                      street_vocabulary()->hash());
   const auto refuses = [&](auto message, auto change) {
     change(message);
     const char* reason = agent.receive(message, 0);

@@ -60,8 +60,11 @@ nlohmann::json Team::account() const {
   nlohmann::json account;
   std::int64_t all = 0;
   for (const auto& [type, bytes] : bytes_) all += bytes;
-  const auto words = bytes_.find(lcd_bag_t::getTypeName());
-  const std::int64_t recognition = words == bytes_.end() ? 0 : words->second;
+  std::int64_t recognition = 0;
+  for (const char* type : {lcd_bag_t::getTypeName(), lcd_inventory_t::getTypeName()}) {
+    const auto bytes = bytes_.find(type);
+    if (bytes != bytes_.end()) recognition += bytes->second;
+  }
   account["keyframes"] = views_.size();
   account["bytes"] = bytes_;
   account["bytes_pr"] = recognition;

@@ -149,6 +149,12 @@ TEST_CASE("damaged messages are refused or harmless") {
   loop.loop = loop_message({0, 7, 0}, {1, 7, 1}, verification, 0.5);
   const Bytes request_bytes = encode(request);
   const Bytes loop_bytes = encode(loop);
+  Inventory inventory;
+  inventory.runs.resize(3);
+  for (RunInventory& run : inventory.runs) run.ids.add(2, 9);
+  inventory.runs[1].ids.add(20, 500);
+  const Bytes inventory_bytes =
+      encode(inventory_message(1, 9, static_cast<std::int64_t>(vocabulary->hash()), inventory));
 
   LcdAgent agent(0, 1, vocabulary, {});
   std::mt19937_64 random(5);
@@ -177,6 +183,7 @@ TEST_CASE("damaged messages are refused or harmless") {
     feed(damage(words, {48}), lcd_bag_t{});
     feed(damage(feature_bytes, in_features), lcd_frame_t{});
     feed(damage(request_bytes, {24}), lcd_request_t{});
+    feed(damage(inventory_bytes, {33, 67}), lcd_inventory_t{});
     feed(damage(loop_bytes, {}), lcd_loop_t{});
     lcd_frame_t message{};
     FrameFeatures usable;
