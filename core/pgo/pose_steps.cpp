@@ -11,9 +11,9 @@
 namespace covey::pgo {
 namespace {
 
-constexpr double kLargestRotationUnit = 0.5;
-constexpr double kLargestTranslationUnit = 5e3;
-constexpr double kSmallestUnit = 1e-10;  // rad, m: below any measure
+constexpr int kLargestRotationUnit = -1;     // log2 of rad
+constexpr int kLargestTranslationUnit = 12;  // log2 of m
+constexpr int kSmallestUnit = -33;           // of either: below any measure
 constexpr double kFarthestM = 1e8;
 
 struct Step {
@@ -120,8 +120,13 @@ Foretelling foretelling(const std::vector<int>& chosen, const std::vector<SE3>& 
   return {std::move(positions), std::move(places)};
 }
 
-float unit_within(double unit, double largest) {
-  return static_cast<float>(std::clamp(unit, kSmallestUnit, largest));
+std::int8_t unit_within(double unit, int largest) {
+  const double digits = unit > 0.0 ? std::round(std::log2(unit)) : kSmallestUnit;
+  return static_cast<std::int8_t>(std::clamp<double>(digits, kSmallestUnit, largest));
+}
+
+PoseUnits units_in(const dpgo_advance_t& message) {
+  return {std::ldexp(1.0, message.rotation_unit), std::ldexp(1.0, message.translation_unit)};
 }
 
 }  // namespace
@@ -129,12 +134,13 @@ float unit_within(double unit, double largest) {
 StepCode::StepCode(std::vector<double> along) : along_(std::move(along)), chosen_(along_.size(), true) {}
 
 void StepCode::encode(const std::vector<SE3>& expected, const std::vector<SE3>& wanted,
-                      const std::vector<bool>& chosen, const PoseUnits& units, dpgo_step_t& message) const {
+                      const std::vector<bool>& chosen, const PoseUnits& units,
+                      dpgo_advance_t& message) const {
   COVEY_CHECK(expected.size() == along_.size() && wanted.size() == along_.size() &&
               chosen.size() == along_.size());
   message.rotation_unit = unit_within(units.rotation, kLargestRotationUnit);
   message.translation_unit = unit_within(units.translation, kLargestTranslationUnit);
-  const PoseUnits rounded{message.rotation_unit, message.translation_unit};
+  const PoseUnits rounded = units_in(message);
   RangeWriter writer;
   Models models = models_;
   std::vector<int> which;
@@ -154,9 +160,9 @@ void StepCode::encode(const std::vector<SE3>& expected, const std::vector<SE3>& 
   message.n = static_cast<std::int32_t>(message.code.size());
 }
 
-bool StepCode::add(const dpgo_step_t& message, const std::vector<SE3>& expected, std::vector<SE3>& poses) {
+bool StepCode::add(const dpgo_advance_t& message, const std::vector<SE3>& expected, std::vector<SE3>& poses) {
   if (message.code.empty()) return true;
-  const PoseUnits units{message.rotation_unit, message.translation_unit};
+  const PoseUnits units = units_in(message);
   RangeReader reader(message.code);
   Models models = models_;
   std::vector<bool> chosen(along_.size());

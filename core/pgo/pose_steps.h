@@ -13,7 +13,7 @@
 // neighbours as far apart have been in all updates so far (range_code.h); zeros cost next to nothing.
 
 #include <array>
-#include <covey/dpgo_step_t.hpp>
+#include <covey/dpgo_advance_t.hpp>
 #include <vector>
 
 #include "core/geometry/se3.h"
@@ -34,10 +34,10 @@ class StepCode {
 
   // Writes the steps from where the chosen keyframes are expected to where they are wanted.
   void encode(const std::vector<SE3>& expected, const std::vector<SE3>& wanted,
-              const std::vector<bool>& chosen, const PoseUnits& units, dpgo_step_t& message) const;
+              const std::vector<bool>& chosen, const PoseUnits& units, dpgo_advance_t& message) const;
   // Moves the message's keyframes from where they are expected, none where its code is empty. False, and nothing changed,
   // where it does not hold steps of that many, or sends one beyond any measure.
-  bool add(const dpgo_step_t& message, const std::vector<SE3>& expected, std::vector<SE3>& poses);
+  bool add(const dpgo_advance_t& message, const std::vector<SE3>& expected, std::vector<SE3>& poses);
 
  private:
   static constexpr int kLevels = 8;  // of how far apart the neighbours are

@@ -34,12 +34,12 @@ struct ValuesAreGood {
            m.translation_unit < 1e4F;
   }
   bool operator()(const dpgo_alignment_t& m) const { return good_poses(m.T_A_B, m.n); }
-  bool operator()(const dpgo_step_t& m) const {
+  bool operator()(const dpgo_advance_t& m) const {
     return m.max_residual_sq >= 0.0F && m.max_residual_sq < kLargestResidualSq && std::isfinite(m.cost) &&
-           std::isfinite(m.decrease) && std::isfinite(m.gradient_sq) && m.rotation_unit >= 0.0F &&
-           m.rotation_unit < 1.0F && m.translation_unit >= 0.0F && m.translation_unit < 1e4F &&
+           std::isfinite(m.decrease) && std::isfinite(m.gradient_sq) && m.rotation_unit <= 0 &&
+           m.translation_unit < 14 && std::isfinite(m.step_sq) &&
            std::all_of(m.products.begin(), m.products.end(),
-                       [](double value) { return std::isfinite(value); });
+                       [](float value) { return std::isfinite(value); });
   }
   bool operator()(const dpgo_graph_t& m) const { return pgo::values_are_good(m); }
   bool operator()(const dpgo_poses_t& m) const { return pgo::values_are_good(m); }

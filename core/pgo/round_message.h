@@ -4,20 +4,20 @@
 // What the members of a round send each other (dgnc_round.h says when).
 
 #include <compare>
+#include <covey/dpgo_advance_t.hpp>
 #include <covey/dpgo_alignment_t.hpp>
 #include <covey/dpgo_graph_t.hpp>
 #include <covey/dpgo_join_t.hpp>
 #include <covey/dpgo_keyframes_t.hpp>
 #include <covey/dpgo_keys_t.hpp>
 #include <covey/dpgo_poses_t.hpp>
-#include <covey/dpgo_step_t.hpp>
 #include <cstdint>
 #include <variant>
 
 namespace covey::pgo {
 
-using RoundMessage = std::variant<dpgo_join_t, dpgo_keys_t, dpgo_keyframes_t, dpgo_alignment_t, dpgo_step_t,
-                                  dpgo_graph_t, dpgo_poses_t>;
+using RoundMessage = std::variant<dpgo_join_t, dpgo_keys_t, dpgo_keyframes_t, dpgo_alignment_t,
+                                  dpgo_advance_t, dpgo_graph_t, dpgo_poses_t>;
 
 struct RoundName {
   std::int64_t number = 0;

@@ -145,7 +145,7 @@ Eigen::VectorXd RoundUpdates::shared_residuals() const {
 }
 
 void RoundUpdates::send_first(RoundMail& mail) const {
-  auto m = mail.compose<dpgo_step_t>();
+  auto m = mail.compose<dpgo_advance_t>();
   // One loop without any sense must not make this message one that the others refuse, nor mu so small that no loop weighs
   // anything and robots float.
   m.max_residual_sq = static_cast<float>(std::min(largest_open_residual(), kBeyondSense));
@@ -168,8 +168,8 @@ double RoundUpdates::largest_open_residual() const {
 }
 
 bool RoundUpdates::fits(int robot, const RoundMessage& message) {
-  const auto* step = std::get_if<dpgo_step_t>(&message);
-  if (step == nullptr || step->products.size() != steps_.size()) return false;
+  const auto* step = std::get_if<dpgo_advance_t>(&message);
+  if (step == nullptr || step->products.size() + 1 != std::max<std::size_t>(1, steps_.size())) return false;
   Member& member = members_.at(robot);
   member.next = member.sent;
   if (!member.next->code.add(*step, member.ahead, member.next->poses)) member.next.reset();
@@ -179,7 +179,7 @@ bool RoundUpdates::fits(int robot, const RoundMessage& message) {
 bool RoundUpdates::advance(RoundMail& mail) {
   TeamUpdate team;
   for (const int robot : problem_.part) {
-    const auto& m = mail.from<dpgo_step_t>(robot);
+    const auto& m = mail.from<dpgo_advance_t>(robot);
     Member& member = members_.at(robot);
     COVEY_CHECK(member.next.has_value());
     member.sent = *std::exchange(member.next, std::nullopt);
@@ -202,7 +202,7 @@ bool RoundUpdates::advance(RoundMail& mail) {
   } else if (!worse) {
     accelerate(team);
   }
-  auto m = mail.compose<dpgo_step_t>();
+  auto m = mail.compose<dpgo_advance_t>();
   update(m);
   encode_public_poses(m);
   mail.send(std::move(m));
@@ -250,8 +250,9 @@ void RoundUpdates::accelerate(const TeamUpdate& team) {
   cost_ = team.cost;
   std::vector<double> products(anderson_.steps() + 1, 0.0);
   for (const auto& [robot, member] : members_) {
-    for (std::size_t k = 0; k < products.size() && k < member.said.products.size(); ++k)
-      products[k] += member.said.products[k];
+    const std::vector<float>& below = member.said.products;
+    for (std::size_t k = 0; k < products.size() && k <= below.size(); ++k)
+      products[k] += member.said.step_sq - (k == 0 ? 0.0 : static_cast<double>(below[k - 1]));
   }
   anderson_.add(products);
 }
@@ -290,7 +291,7 @@ void RoundUpdates::note_stage(const TeamUpdate& team, std::int64_t bytes_sent) {
   stage_results_.push_back(stage);
 }
 
-void RoundUpdates::update(dpgo_step_t& m) {
+void RoundUpdates::update(dpgo_advance_t& m) {
   const std::vector<double> blend = anderson_.coefficients();
   for (auto& [robot, member] : members_) member.ahead = combination(member.results, blend);
   Lifted X = results_.front();
@@ -324,16 +325,20 @@ Lifted RoundUpdates::targets() const {
   return targets;
 }
 
-void RoundUpdates::remember(Step step, dpgo_step_t& m) {
+// Steps are much alike, and what counts is by how much they differ: that is said in single precision.
+void RoundUpdates::remember(Step step, dpgo_advance_t& m) {
   push(std::move(step), options_.look_back + 1, steps_);
-  for (std::size_t k = 0; k < steps_.size(); ++k) {
-    m.products.push_back(-0.5 * (steps_[0].moved.cwiseProduct(steps_[k].gradient).sum() +
-                                 steps_[k].moved.cwiseProduct(steps_[0].gradient).sum()));
-  }
+  const auto product = [this](std::size_t k) {
+    return -0.5 * (steps_[0].moved.cwiseProduct(steps_[k].gradient).sum() +
+                   steps_[k].moved.cwiseProduct(steps_[0].gradient).sum());
+  };
+  m.step_sq = product(0);
+  for (std::size_t k = 1; k < steps_.size(); ++k)
+    m.products.push_back(static_cast<float>(m.step_sq - product(k)));
   m.n_products = static_cast<std::int8_t>(m.products.size());
 }
 
-void RoundUpdates::encode_public_poses(dpgo_step_t& m) const {
+void RoundUpdates::encode_public_poses(dpgo_advance_t& m) const {
   Lifted own(kRank, 4 * static_cast<Eigen::Index>(problem_.public_index.size()));
   for (std::size_t k = 0; k < problem_.public_index.size(); ++k)
     own.middleCols<4>(4 * static_cast<Eigen::Index>(k)) =

@@ -70,7 +70,7 @@ class RoundUpdates {
     std::optional<Keyframes> next;         // when the message that is there has been understood
     std::deque<std::vector<SE3>> results;  // poses after the last updates, newest first
     std::vector<SE3> ahead;                // their combination, where the update under way begins
-    dpgo_step_t said;                      // the last message
+    dpgo_advance_t said;                   // the last message
   };
   struct Step {       // of this robot's block, by one update
     Lifted moved;     // from the point that the update began at
@@ -83,14 +83,14 @@ class RoundUpdates {
   double largest_open_residual() const;
   double first_mu() const;
   void set_weights(const Lifted& X);
-  void update(dpgo_step_t& m);
+  void update(dpgo_advance_t& m);
   Lifted targets() const;
   void begin_anew();
   void accelerate(const TeamUpdate& team);
   void take_back();
   void note_stage(const TeamUpdate& team, std::int64_t bytes_sent);
-  void remember(Step step, dpgo_step_t& m);
-  void encode_public_poses(dpgo_step_t& m) const;
+  void remember(Step step, dpgo_advance_t& m);
+  void encode_public_poses(dpgo_advance_t& m) const;
   std::vector<bool> poses_to_send(const std::vector<SE3>& wanted) const;
   PoseUnits units_for(double gain, const std::vector<SE3>& wanted, const std::vector<bool>& chosen) const;
 

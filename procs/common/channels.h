@@ -6,6 +6,7 @@
 
 #include <covey/band_t.hpp>
 #include <covey/depth_t.hpp>
+#include <covey/dpgo_advance_t.hpp>
 #include <covey/dpgo_alignment_t.hpp>
 #include <covey/dpgo_beacon_t.hpp>
 #include <covey/dpgo_graph_t.hpp>
@@ -17,7 +18,6 @@
 #include <covey/dpgo_relay_t.hpp>
 #include <covey/dpgo_request_t.hpp>
 #include <covey/dpgo_round_t.hpp>
-#include <covey/dpgo_step_t.hpp>
 #include <covey/imu_t.hpp>
 #include <covey/keyframe_t.hpp>
 #include <covey/lcd_bag_t.hpp>
@@ -116,7 +116,7 @@ inline constexpr RadioChannel<dpgo_join_t> kDpgoJoin{"DPGO_JOIN", radio::Module:
 inline constexpr RadioChannel<dpgo_keys_t> kDpgoKeys{"DPGO_KEYS", radio::Module::kDpgo, true};
 inline constexpr RadioChannel<dpgo_keyframes_t> kDpgoStart{"DPGO_START", radio::Module::kDpgo, true};
 inline constexpr RadioChannel<dpgo_alignment_t> kDpgoAlignment{"DPGO_ALIGNMENT", radio::Module::kDpgo, true};
-inline constexpr RadioChannel<dpgo_step_t> kDpgoStep{"DPGO_STEP", radio::Module::kDpgo, true};
+inline constexpr RadioChannel<dpgo_advance_t> kDpgoAdvance{"DPGO_ADVANCE", radio::Module::kDpgo, true};
 inline constexpr RadioChannel<dpgo_graph_t> kDpgoGraph{"DPGO_GRAPH", radio::Module::kDpgo, true};
 inline constexpr RadioChannel<dpgo_poses_t> kDpgoPoses{"DPGO_POSES", radio::Module::kDpgo, true};
 // Passed on: as the message itself would travel.
@@ -136,9 +136,9 @@ inline constexpr RadioChannel<lcd_loop_t> kLcdLoop{"LCD_LOOP", radio::Module::kG
 
 // Every radio channel. radio_bridge lets nothing else cross.
 inline constexpr std::tuple kRadioChannels{
-    kDpgoBeacon,     kDpgoNeighbours, kDpgoRound, kDpgoRequest, kDpgoJoin,  kDpgoKeys,
-    kDpgoStart,      kDpgoAlignment,  kDpgoStep,  kDpgoGraph,   kDpgoPoses, kDpgoRelay,
-    kDpgoRelayRound, kLcdInventory,   kLcdBag,    kLcdRequest,  kLcdFrame,  kLcdLoop};
+    kDpgoBeacon,     kDpgoNeighbours, kDpgoRound,   kDpgoRequest, kDpgoJoin,  kDpgoKeys,
+    kDpgoStart,      kDpgoAlignment,  kDpgoAdvance, kDpgoGraph,   kDpgoPoses, kDpgoRelay,
+    kDpgoRelayRound, kLcdInventory,   kLcdBag,      kLcdRequest,  kLcdFrame,  kLcdLoop};
 
 // The same without the types.
 const radio::TreatmentTable& radio_table();

@@ -60,7 +60,7 @@ DpgoNode::DpgoNode(Process& process)
   listen(kDpgoKeys);
   listen(kDpgoStart);
   listen(kDpgoAlignment);
-  listen(kDpgoStep);
+  listen(kDpgoAdvance);
   listen(kDpgoGraph);
   listen(kDpgoPoses);
   listen(kDpgoRelay);
@@ -149,7 +149,7 @@ void DpgoNode::publish_outgoing() {
     void operator()(const dpgo_keys_t& m) { bus.publish(kDpgoKeys, m); }
     void operator()(const dpgo_keyframes_t& m) { bus.publish(kDpgoStart, m); }
     void operator()(const dpgo_alignment_t& m) { bus.publish(kDpgoAlignment, m); }
-    void operator()(const dpgo_step_t& m) { bus.publish(kDpgoStep, m); }
+    void operator()(const dpgo_advance_t& m) { bus.publish(kDpgoAdvance, m); }
     void operator()(const dpgo_graph_t& m) { bus.publish(kDpgoGraph, m); }
     void operator()(const dpgo_poses_t& m) { bus.publish(kDpgoPoses, m); }
     void operator()(const dpgo_relay_t& m) {

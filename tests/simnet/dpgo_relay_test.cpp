@@ -46,14 +46,14 @@ TEST_CASE("each message is passed on once for each hop") {
   REQUIRE(team.results().at(0).name.number == 1);
   // Of the three robots' updates the middle one passes on those of the ends.
   const auto said = team.said();
-  const int updates = said.at("dpgo_step_t");
+  const int updates = said.at("dpgo_advance_t");
   REQUIRE(updates % 3 == 0);
   std::map<int, int> relayed;
   Team again(small_graph(), {.delay_us = 30'000}, 1, 8 * kSecond);
   again.network().chain();
   again.damage = [&](int from, const AgentMessage& message) -> std::optional<AgentMessage> {
     if (const auto* relay = std::get_if<dpgo_relay_t>(&message)) {
-      if (std::holds_alternative<dpgo_step_t>(*decode_message(relay->message))) ++relayed[from];
+      if (std::holds_alternative<dpgo_advance_t>(*decode_message(relay->message))) ++relayed[from];
     }
     return std::nullopt;
   };

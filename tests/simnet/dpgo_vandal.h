@@ -51,12 +51,12 @@ class Vandal {
          [&] { scratch(m.inliers); }, [&] { scratch(m.T_A_B); }});
     return m;
   }
-  AgentMessage operator()(dpgo_step_t m) {
+  AgentMessage operator()(dpgo_advance_t m) {
     hit({[&] { m.max_residual_sq = static_cast<float>(real()); },
          [&] { m.cost = static_cast<float>(real()); }, [&] { m.gradient_sq = static_cast<float>(real()); },
-         [&] { m.undecided = whole(); }, [&] { scratch(m.products); },
-         [&] { m.rotation_unit = static_cast<float>(real()); },
-         [&] { m.translation_unit = static_cast<float>(real()); }, [&] { scratch(m.code); }});
+         [&] { m.undecided = whole(); }, [&] { m.step_sq = real(); }, [&] { scratch(m.products); },
+         [&] { m.rotation_unit = static_cast<std::int8_t>(whole()); },
+         [&] { m.translation_unit = static_cast<std::int8_t>(whole()); }, [&] { scratch(m.code); }});
     return m;
   }
 

@@ -27,8 +27,8 @@ Presence presence_of(int robot, const std::map<int, std::vector<int>>& heard_by,
   return presence;
 }
 
-dpgo_step_t update_of(int robot, int number, Utime utime = 5) {
-  dpgo_step_t update{};
+dpgo_advance_t update_of(int robot, int number, Utime utime = 5) {
+  dpgo_advance_t update{};
   update.utime = utime;
   update.from = robot;
   update.to = -1;
@@ -58,7 +58,7 @@ TEST_CASE("the robot between two passes on what one says, once, and it comes out
   const Unwrapped unwrapped = unwrap(heard);
   REQUIRE(unwrapped.refused == nullptr);
   REQUIRE(sender_of(*unwrapped.message) == 0);
-  REQUIRE(std::get<dpgo_step_t>(*unwrapped.message).number == 7);
+  REQUIRE(std::get<dpgo_advance_t>(*unwrapped.message).number == 7);
   REQUIRE(is_of_a_round(heard));
   REQUIRE_FALSE(relay.pass_on(update_of(0, 7), 0, 0, presence, kNow));
   REQUIRE(relay.pass_on(update_of(0, 7, 6), 0, 0, presence, kNow));  // said again

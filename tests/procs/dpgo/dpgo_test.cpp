@@ -190,7 +190,7 @@ void write_log(const std::string& file) {
       put(edge.measurement, message.q_P_K, message.t_P_K);
       isotropic(edge.kappa, edge.tau, message.covariance);
       log.write(now, "KEYFRAME", encode(message));
-      if (edge.to.index % 10 == 0) log.write(now, "IN_DPGO_STEP", Bytes(100, 7));
+      if (edge.to.index % 10 == 0) log.write(now, "IN_DPGO_ADVANCE", Bytes(100, 7));
     } else {
       loop_t message{};
       message.utime = now;

@@ -29,7 +29,7 @@ TEST_CASE("a round is one line") {
   result.stages = 9;
   pgo::RoundAccount account;
   account.duration_us = 3'140'000;
-  account.bytes = {{"dpgo_step_t", 47'000}, {"dpgo_join_t", 1'200}};
+  account.bytes = {{"dpgo_advance_t", 47'000}, {"dpgo_join_t", 1'200}};
   REQUIRE(round_line(result, account) ==
           "round 3 of robots 0 2: cost 41.25, gradient 0.00234, weights 5 at 0 / 0 between / 31 at 1, 60 "
           "updates in 9 "
