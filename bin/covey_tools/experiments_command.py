@@ -76,8 +76,8 @@ def _parse(arguments):
     add("--sequences", type=lambda text: text.split(","), metavar="A,B", default=[],
         help="vio: only these; what a name begins with will do")
     add("--motion", metavar="DIR", help="vio: fly what is in this folder, SEQUENCE/{imu0,groundtruth}.csv.gz (default DATA/euroc/motion)")
-    add("--seconds", type=_positive, metavar="S", help="vio: of each sequence at most (default: all); loops: of town (default 300, with --quick 45)")
-    add("--cache", default=recordings.DEFAULT_CACHE, metavar="DIR", help="vio, loops: keeps sensor data, 15 MB a second, or 2 MB with loops (default out/cache)")
+    add("--seconds", type=_positive, metavar="S", help="vio: of each sequence at most (default: all); loops: of town (default 300, with --quick 45); consistency: of town (default 65, with --quick 20)")
+    add("--cache", default=recordings.DEFAULT_CACHE, metavar="DIR", help="vio, consistency, loops: keeps sensor data, 15 MB a second, or 2 MB with loops (default out/cache)")
     add("--seed", type=int, default=1, help="the first of the seeds (default 1)")
     add("--resume", action="store_true", help="robustness: go on where an interrupted call with the same --out and the same pgo had come to")
     add("--no-build", action="store_true", help="take what bin/build made before")

@@ -69,8 +69,8 @@ class _Job:
         return f"{self.path}.txt"
 
 
-def prepare(world, seed, data, cache):
-    """The Recording of a world with sensors; what of it is not in `cache` is made, with progress on stdout."""
+def prepare(world, seed, data, cache, say=None):
+    """The Recording of a world with sensors; what of it is not in `cache` is made, with progress on stdout, or told to say line by line."""
     simulator = _simulator()
     arguments, reads = _of_world(world, seed, data)
     recording = _open(_family(world, seed, cache), _key(simulator, arguments, world.file, reads), world.robots, cache)
@@ -82,8 +82,12 @@ def prepare(world, seed, data, cache):
             _claim(recording)
             missing = [job for job in jobs if not os.path.exists(job.path)]
             if missing:  # else another demo has made them meanwhile
-                print(f"demo: making sensor data of {world.seconds:g} s, kept for the next run in {recording.folder}", flush=True)
-                _make(missing, _Progress(missing).show)
+                progress = _Progress(missing)
+                if say:
+                    _make(missing, lambda running, done, last=False: say(progress.summary(running, done)))
+                else:
+                    print(f"demo: making sensor data of {world.seconds:g} s, kept for the next run in {recording.folder}", flush=True)
+                    _make(missing, progress.show)
         fcntl.flock(recording.lock, fcntl.LOCK_SH)
     except BaseException:
         recording.lock.close()

@@ -32,19 +32,28 @@ SE3 place_level(const SE3& T_W_B, const SE3& T_O_B) {
   return {R_W_O, T_W_B.translation - R_W_O * T_O_B.translation};
 }
 
+// e^T P^-1 e over the degrees of freedom.
+double normalised(const Eigen::VectorXd& e, const Eigen::MatrixXd& P) {
+  return e.dot(P.llt().solve(e)) / static_cast<double>(e.size());
+}
+
+// Positions first.
 class Mean {
  public:
-  template <typename Vector, typename Matrix>
-  void add(const Vector& e, const Matrix& P) {
-    const Eigen::LLT<Matrix> factor(P);
-    if (factor.info() != Eigen::Success) return;
-    sum_ += e.dot(factor.solve(e)) / static_cast<double>(e.size());
+  void add(const Eigen::VectorXd& e, const Eigen::MatrixXd& P) {
+    if (P.llt().info() != Eigen::Success) return;
+    const Eigen::Index rest = e.size() - 3;
+    sum_ += Eigen::Vector3d(normalised(e, P), normalised(e.head<3>(), P.topLeftCorner<3, 3>()),
+                            normalised(e.tail(rest), P.bottomRightCorner(rest, rest)));
     ++count_;
   }
-  Nees result() const { return {count_, count_ > 0 ? sum_ / count_ : 0.0}; }
+  Nees result() const {
+    const Eigen::Vector3d mean = sum_ / std::max(count_, 1);
+    return {count_, mean[0], mean[1], mean[2]};
+  }
 
  private:
-  double sum_ = 0.0;
+  Eigen::Vector3d sum_ = Eigen::Vector3d::Zero();
   int count_ = 0;
 };
 

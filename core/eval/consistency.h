@@ -34,8 +34,10 @@ struct EdgeBelief {
 };
 
 struct Nees {
-  int count = 0;  // of errors; 0: the mean means nothing
+  int count = 0;  // of errors; 0: the means mean nothing
   double mean = 0.0;
+  double position = 0.0;  // of the first three components alone
+  double rotation = 0.0;  // of the others; of states, yaw
 };
 
 // Both lists in order of time within a segment; what the reference does not cover is left out.

@@ -37,8 +37,8 @@ Scenario make_town_scenario(const ScenarioOptions& options) {
     Ride ride;
     ride.motion = drive(paths[robot], drives[robot], kTownBegin, options.seconds,
                         seed_for(options.seed, Purpose::kSuspension, robot));
-    ride.imu =
-        simulate_imu(ride.motion, {.noise = options.imu}, seed_for(options.seed, Purpose::kImu, robot));
+    ride.imu = simulate_imu(ride.motion, {.noise = options.imu},
+                            seed_for(options.imu_seed.value_or(options.seed), Purpose::kImu, robot));
     return ride;
   };
   return scenario;

@@ -30,8 +30,9 @@ struct ScenarioOptions {
   int robots = 3;
   double seconds = 45.0;  // with `motion`: at most
   std::uint64_t seed = 1;
-  std::filesystem::path data;    // the folder that has euroc/motion/SEQUENCE
-  std::filesystem::path motion;  // or a folder like SEQUENCE, which the only robot flies
+  std::optional<std::uint64_t> imu_seed;  // of the errors of a simulated IMU alone; none: they follow `seed`
+  std::filesystem::path data;             // the folder that has euroc/motion/SEQUENCE
+  std::filesystem::path motion;           // or a folder like SEQUENCE, which the only robot flies
   ImuNoise imu;
 };
 

@@ -85,10 +85,17 @@ void print_odometry(const OdometryOptions& options) {
   if (!options.log.empty()) {
     const Beliefs beliefs = read_beliefs(options.log);
     const Nees nees = state_nees(beliefs.states, pair.reference);
-    if (nees.count > 0) json["nees"] = nees.mean;
+    if (nees.count > 0) {
+      json["nees"] = nees.mean;
+      json["position_nees"] = nees.position;
+      json["yaw_nees"] = nees.rotation;
+    }
     for (const int span_s : kSpansS) {
       const Nees edges = edge_nees(beliefs.edges, pair.reference, span_s);
-      if (edges.count > 0) json[fmt::format("edge_nees_{}s", span_s)] = edges.mean;
+      if (edges.count == 0) continue;
+      json[fmt::format("edge_nees_{}s", span_s)] = edges.mean;
+      json[fmt::format("edge_position_nees_{}s", span_s)] = edges.position;
+      json[fmt::format("edge_rotation_nees_{}s", span_s)] = edges.rotation;
     }
   }
   std::cout << json.dump(2) << "\n";

@@ -22,20 +22,20 @@ imu_t to_message(const ImuSample& sample) {
 
 }  // namespace
 
-void run_sensors(const sim::Ride& ride, sim::SensorCameras& cameras, bool has_depth, SensorSink& sink) {
+void run_sensors(const sim::Ride& ride, sim::SensorCameras* cameras, bool has_depth, SensorSink& sink) {
   const Utime begin = ride.motion.begin;
   Progress progress("sensors", to_seconds(ride.motion.end - begin));
   Utime next_stereo = begin;
   Utime next_depth = begin;
   for (const ImuSample& sample : ride.imu.samples) {
-    if (sample.utime >= next_stereo) {
+    if (cameras && sample.utime >= next_stereo) {
       throw_if_interrupted();
       progress.show(to_seconds(next_stereo - begin));
-      sink.write(cameras.stereo(ride.motion.at(next_stereo).T_W_B, next_stereo));
+      sink.write(cameras->stereo(ride.motion.at(next_stereo).T_W_B, next_stereo));
       next_stereo += kStereoEveryUs;
     }
-    if (has_depth && sink.wants_depth() && sample.utime >= next_depth) {
-      sink.write(cameras.depth(ride.motion.at(next_depth).T_W_B, next_depth));
+    if (cameras && has_depth && sink.wants_depth() && sample.utime >= next_depth) {
+      sink.write(cameras->depth(ride.motion.at(next_depth).T_W_B, next_depth));
       next_depth += kDepthEveryUs;
     }
     sink.write(to_message(sample));

@@ -9,6 +9,7 @@
 
 namespace covey {
 
-void run_sensors(const sim::Ride& ride, sim::SensorCameras& cameras, bool has_depth, SensorSink& sink);
+// Without cameras, the IMU alone.
+void run_sensors(const sim::Ride& ride, sim::SensorCameras* cameras, bool has_depth, SensorSink& sink);
 
 }  // namespace covey

@@ -4,6 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdlib>
+#include <optional>
 
 #include "core/base/error.h"
 #include "core/sim/cameras.h"
@@ -53,6 +54,8 @@ SimOptions with_defaults(SimOptions options) {
 void check(const SimOptions& options) {
   if (!options.motion.empty() && !options.world.starts_with("euroc"))
     throw_input_error("--motion is for --world euroc-v1 and euroc-mh");
+  if (options.imu_seed && options.world != "town")
+    throw_input_error("--imu-seed is for --world town; recorded flights have the IMU that was recorded");
   if (options.robot >= options.robots) {
     throw_input_error("--robot {}: there are only robots 0 to {}; raise --robots", options.robot,
                       options.robots - 1);
@@ -99,6 +102,7 @@ void simulate_team(const SimOptions& options) {
                                                      .robots = options.robots,
                                                      .seconds = options.seconds,
                                                      .seed = options.seed,
+                                                     .imu_seed = options.imu_seed,
                                                      .data = data_folder(options),
                                                      .motion = options.motion,
                                                      .imu = rig.imu});
@@ -106,8 +110,9 @@ void simulate_team(const SimOptions& options) {
   if (!wants_sensors(options)) return;
   const sim::Ride ride = scenario.ride(options.robot);
   const auto sink = make_sink(options, rig, ride);
-  sim::SensorCameras lenses(scenario.world, rig, cameras);
-  run_sensors(ride, lenses, rig.depth.has_value() && !options.no_depth, *sink);
+  std::optional<sim::SensorCameras> lenses;
+  if (!options.imu_only) lenses.emplace(scenario.world, rig, cameras);
+  run_sensors(ride, lenses ? &*lenses : nullptr, rig.depth.has_value() && !options.no_depth, *sink);
 }
 
 }  // namespace
@@ -132,6 +137,8 @@ void add_sim_options(CLI::App& app, SimOptions& options) {
       ->check(CLI::Range(2.0, 100'000.0));
   app.add_option("--seed", options.seed, "the same seed gives the same world and the same bytes")
       ->capture_default_str();
+  app.add_option("--imu-seed", options.imu_seed,
+                 "town: the same drive seen by an IMU with errors of this seed (default: that of --seed)");
   app.add_option("--data", options.data,
                  "folder with recorded motion, euroc/motion/SEQUENCE (default: the variable COVEY_DATA)");
   app.add_option(
@@ -147,6 +154,7 @@ void add_sim_options(CLI::App& app, SimOptions& options) {
       ->check(CLI::Range(1e-3, 1e3))
       ->capture_default_str();
   app.add_flag("--no-depth", options.no_depth, "leave DEPTH out");
+  app.add_flag("--imu-only", options.imu_only, "leave STEREO and DEPTH out: nothing is drawn");
   app.add_option("--truth", options.truth, "folder for what is true: world, labels, contacts, trajectories");
   app.add_option("--graph", options.graph,
                  "with grid: output folder for robot<i>.csv and robot<i>_truth.tum");

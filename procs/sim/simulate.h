@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 
 namespace CLI {
@@ -19,9 +20,10 @@ struct SimOptions {
   int robot = -1;        // whose sensors; of `grid`, only this one's files; -1: every robot's
   double seconds = 0.0;  // 0: 45, grid 120, with --motion all of it; with --motion at most
   std::uint64_t seed = 1;
-  std::filesystem::path data;    // of recorded motion
-  std::filesystem::path motion;  // of one recorded flight, which one robot flies
-  std::filesystem::path config;  // a robot's configuration; empty: the one that suits the world
+  std::optional<std::uint64_t> imu_seed;  // of the simulated IMU's errors; none: they follow `seed`, too
+  std::filesystem::path data;             // of recorded motion
+  std::filesystem::path motion;           // of one recorded flight, which one robot flies
+  std::filesystem::path config;           // a robot's configuration; empty: the one that suits the world
 
   // Where to. Of sensors at most one.
   std::filesystem::path log;
@@ -30,6 +32,7 @@ struct SimOptions {
   std::string depth_url;  // empty: url
   double speed = 1.0;
   bool no_depth = false;
+  bool imu_only = false;  // no pictures of any kind
   std::filesystem::path truth;
   std::filesystem::path graph;      // of the world `grid`
   std::filesystem::path smoothing;  // figures of every recorded sequence

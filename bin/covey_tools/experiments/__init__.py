@@ -17,7 +17,7 @@ import importlib
 
 from covey_tools.errors import InputError
 
-NAMES = ("robustness", "graphs", "vio", "faults", "loops")
+NAMES = ("robustness", "graphs", "vio", "faults", "consistency", "loops")
 
 
 def load(name):

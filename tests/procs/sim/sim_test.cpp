@@ -101,6 +101,29 @@ TEST_CASE("a log has all of a robot's sensors in order of time, and the same byt
   }
 }
 
+TEST_CASE("the same drive can have another IMU, and needs no pictures then") {
+  const ScratchFile own;
+  const ScratchFile same;
+  const ScratchFile other;
+  REQUIRE(run_sim(town({"--imu-only", "--log", own.path})).code == 0);
+  REQUIRE(run_sim(town({"--imu-only", "--imu-seed", "3", "--log", same.path})).code == 0);
+  REQUIRE(run_sim(town({"--imu-only", "--imu-seed", "2", "--log", other.path})).code == 0);
+  CHECK((read_text(own.path) == read_text(same.path)));
+  const Heard a = hear(own.path);
+  const Heard b = hear(other.path);
+  CHECK(a.stereo.empty());
+  CHECK(a.depth.empty());
+  REQUIRE(a.imu.size() == 401);
+  REQUIRE(b.imu.size() == a.imu.size());
+  // Another bias and other noise, on the same motion.
+  double bias = 0.0;
+  for (std::size_t k = 0; k < a.imu.size(); ++k)
+    bias += (b.imu[k].gyro[0] - a.imu[k].gyro[0]) / static_cast<double>(a.imu.size());
+  CHECK(std::abs(bias) > 1e-3);
+  for (std::size_t k = 0; k < a.imu.size(); ++k)
+    CHECK(std::abs(b.imu[k].gyro[0] - a.imu[k].gyro[0] - bias) < 0.03);
+}
+
 TEST_CASE("a folder in EuRoC's layout has what the log has, and the truth with velocities and biases") {
   const ScratchFile log;
   const ScratchFile folder;
