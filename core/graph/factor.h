@@ -53,6 +53,8 @@ class Factor {
   // The whitened residual and its Jacobians. x[k]: the ambient doubles of keys()[k]. jacobians: null, or for
   // each k either null or residual_dim x tangent doubles, row-major.
   virtual void evaluate(const double* const* x, double* residual, double* const* jacobians) const = 0;
+  // The whitened residual's covariance where it is not the identity that a solve takes it for (reduced.h), else null.
+  virtual const Eigen::MatrixXd* spread() const { return nullptr; }
 
  private:
   std::vector<Key> keys_;

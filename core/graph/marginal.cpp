@@ -51,16 +51,18 @@ std::vector<VariableType> types_of(const std::vector<Key>& keys, const Values& v
 struct SquareRoot {
   Eigen::MatrixXd A;
   Eigen::VectorXd c;
+  Eigen::MatrixXd spread;
 };
 
-// A^T A = H, A^T c = b, as many rows as H has eigenvalues that count.
-SquareRoot square_root(const Eigen::MatrixXd& H, const Eigen::VectorXd& b) {
+// A^T A = H, A^T c = b, A^T spread A = M, as many rows as H has eigenvalues that count.
+SquareRoot square_root(const Eigen::MatrixXd& H, const Eigen::VectorXd& b, const Eigen::MatrixXd& M) {
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(H);
   const double floor = kRankTolerance * std::max(eigen.eigenvalues().maxCoeff(), 0.0);
   const Eigen::Index rank = (eigen.eigenvalues().array() > floor).count();
   const Eigen::MatrixXd V = eigen.eigenvectors().rightCols(rank);
   const Eigen::VectorXd roots = eigen.eigenvalues().tail(rank).cwiseSqrt();
-  return {roots.asDiagonal() * V.transpose(), roots.cwiseInverse().asDiagonal() * (V.transpose() * b)};
+  const Eigen::MatrixXd W = V * roots.cwiseInverse().asDiagonal();
+  return {roots.asDiagonal() * V.transpose(), W.transpose() * b, W.transpose() * M * W};
 }
 
 // From perturbations of the values, of which root is a function, to differences from the points of the held variables, d_0 = minus(x, x_0) + M d
@@ -102,9 +104,13 @@ Graph factors_touching(const Graph& graph, const std::vector<Key>& keys) {
 }  // namespace
 
 LinearPrior::LinearPrior(const std::vector<Key>& keys, const Values& values, Eigen::MatrixXd A,
-                         Eigen::VectorXd c)
-    : Factor(keys, types_of(keys, values), static_cast<int>(A.rows())), A_(std::move(A)), c_(std::move(c)) {
+                         Eigen::VectorXd c, Eigen::MatrixXd spread)
+    : Factor(keys, types_of(keys, values), static_cast<int>(A.rows())),
+      A_(std::move(A)),
+      c_(std::move(c)),
+      spread_(std::move(spread)) {
   COVEY_CHECK(A_.rows() == c_.size() && A_.cols() == total_tangent(types()));
+  COVEY_CHECK(spread_.rows() == c_.size() && spread_.cols() == c_.size());
   for (const Key key : keys) {
     x0_.emplace_back();
     std::copy_n(values.data(key), values.type(key).ambient, x0_.back().begin());
@@ -135,10 +141,11 @@ void LinearPrior::evaluate(const double* const* x, double* residual, double* con
 }
 
 std::shared_ptr<const LinearPrior> marginalise(const Graph& graph, const Values& values,
-                                               const std::vector<Key>& removed, char eliminate_first) {
+                                               const std::vector<Key>& removed, char eliminate_first,
+                                               double overcount) {
   const Graph part = factors_touching(graph, removed);
   for (const Key key : removed) COVEY_CHECK(!graph.is_constant(key));
-  const ReducedSystem system = reduce(part, values, of_kind(removed, eliminate_first));
+  const ReducedSystem system = reduce(part, values, of_kind(removed, eliminate_first), overcount);
   Columns m;
   Columns k;
   std::vector<Key> kept;
@@ -156,15 +163,20 @@ std::shared_ptr<const LinearPrior> marginalise(const Graph& graph, const Values&
   const Eigen::MatrixXd H_km_inverse = solve_semidefinite(system.H(m.index, m.index), H_mk).transpose();
   const Eigen::MatrixXd H_p = system.H(k.index, k.index) - H_km_inverse * H_mk;
   const Eigen::VectorXd b_p = system.b(k.index) - H_km_inverse * system.b(m.index);
-  SquareRoot root = square_root(0.5 * (H_p + H_p.transpose()), b_p);
+  const Eigen::MatrixXd Mc = system.M(k.index, m.index);
+  const Eigen::MatrixXd Mp = system.M(k.index, k.index) - H_km_inverse * Mc.transpose() -
+                             Mc * H_km_inverse.transpose() +
+                             H_km_inverse * system.M(m.index, m.index) * H_km_inverse.transpose();
+  SquareRoot root = square_root(0.5 * (H_p + H_p.transpose()), b_p, 0.5 * (Mp + Mp.transpose()));
   if (root.A.rows() == 0) return nullptr;
   const Values points = move_to_points(graph, values, kept, root);
-  return std::make_shared<LinearPrior>(kept, points, std::move(root.A), std::move(root.c));
+  return std::make_shared<LinearPrior>(kept, points, std::move(root.A), std::move(root.c),
+                                       std::move(root.spread));
 }
 
 std::optional<FactorId> marginalise_out(Graph& graph, Values& values, const std::vector<Key>& removed,
-                                        char eliminate_first) {
-  const auto prior = marginalise(graph, values, removed, eliminate_first);
+                                        char eliminate_first, double overcount) {
+  const auto prior = marginalise(graph, values, removed, eliminate_first, overcount);
   for (const FactorId id : graph.ids_touching(removed)) graph.remove(id);
   for (const Key key : removed) {
     values.erase(key);
@@ -201,12 +213,14 @@ std::optional<Eigen::MatrixXd> marginal_covariance(const Graph& graph, const Val
   return 0.5 * (covariance + covariance.transpose());
 }
 
-DenseMarginals::DenseMarginals(const Graph& graph, const Values& values, char eliminate_first) {
-  const ReducedSystem system = reduce(graph, values, of_kind(graph.keys(), eliminate_first));
+DenseMarginals::DenseMarginals(const Graph& graph, const Values& values, char eliminate_first,
+                               double overcount) {
+  const ReducedSystem system = reduce(graph, values, of_kind(graph.keys(), eliminate_first), overcount);
   for (const auto& [key, column] : system.first_column) columns_[key] = {column, values.type(key).tangent};
   // Unknowns in units of what their own factors allow: then the diagonal of the inverse says how much worse they are known.
   scale_ = system.H.diagonal().cwiseMax(std::numeric_limits<double>::min()).cwiseSqrt().cwiseInverse();
   cholesky_.compute(scale_.asDiagonal() * system.H * scale_.asDiagonal());
+  M_ = scale_.asDiagonal() * system.M * scale_.asDiagonal();
 }
 
 std::optional<Eigen::MatrixXd> DenseMarginals::covariance(const std::vector<Key>& keys) const {
@@ -217,11 +231,16 @@ std::optional<Eigen::MatrixXd> DenseMarginals::covariance(const std::vector<Key>
     for (int c = 0; c < columns.count; ++c) wanted.push_back(columns.first + c);
   }
   if (cholesky_.info() != Eigen::Success) return std::nullopt;
-  Eigen::MatrixXd root = Eigen::MatrixXd::Zero(scale_.size(), static_cast<Eigen::Index>(wanted.size()));
-  for (std::size_t c = 0; c < wanted.size(); ++c) root(wanted[c], static_cast<Eigen::Index>(c)) = 1.0;
-  cholesky_.matrixL().solveInPlace(root);
-  const Eigen::MatrixXd scaled = root.transpose() * root;
-  if (!scaled.allFinite() || scaled.diagonal().maxCoeff() * kRankTolerance > 1.0) return std::nullopt;
+  Eigen::MatrixXd inverse = Eigen::MatrixXd::Zero(scale_.size(), static_cast<Eigen::Index>(wanted.size()));
+  for (std::size_t c = 0; c < wanted.size(); ++c) inverse(wanted[c], static_cast<Eigen::Index>(c)) = 1.0;
+  cholesky_.solveInPlace(inverse);
+  for (std::size_t c = 0; c < wanted.size(); ++c) {
+    const double known = inverse(wanted[c], static_cast<Eigen::Index>(c)) * kRankTolerance;
+    if (!(known < 1.0)) return std::nullopt;
+  }
+  Eigen::MatrixXd scaled = inverse.transpose() * M_ * inverse;
+  scaled = 0.5 * (scaled + scaled.transpose()).eval();
+  if (!scaled.allFinite()) return std::nullopt;
   const Eigen::VectorXd scale = scale_(wanted);
   return scale.asDiagonal() * scaled * scale.asDiagonal();
 }

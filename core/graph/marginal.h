@@ -13,7 +13,8 @@
 // re-linearise what was removed. Where the prior's variables are then held (Graph::hold), x_0 stays when the next prior
 // takes this one's place: all that is known of a variable is linearised at one point, so that what cannot be
 // observed (position and yaw of odometry) stays unknown. Directions of m that the factors do not determine are dropped
-// (pseudo-inverse). Source: Sibley, Matthies, Sukhatme, "Sliding window filter with application to planetary
+// (pseudo-inverse). The prior also keeps how uncertain c is, which where views were counted `overcount` times (reduced.h) is more than I, and passes it on to
+// the next one. Source: Sibley, Matthies, Sukhatme, "Sliding window filter with application to planetary
 // landing", JFR 2010.
 
 #include <Eigen/Cholesky>
@@ -30,9 +31,13 @@ class LinearPrior final : public Factor {
  public:
   // A: rows x sum of tangent dimensions, columns in the order of keys; c: rows. The values give the point
   // x_0.
-  LinearPrior(const std::vector<Key>& keys, const Values& values, Eigen::MatrixXd A, Eigen::VectorXd c);
+  // spread: the covariance of c.
+  LinearPrior(const std::vector<Key>& keys, const Values& values, Eigen::MatrixXd A, Eigen::VectorXd c,
+              Eigen::MatrixXd spread);
 
   void evaluate(const double* const* x, double* residual, double* const* jacobians) const override;
+
+  const Eigen::MatrixXd* spread() const override { return &spread_; }
 
   const Eigen::MatrixXd& jacobian() const { return A_; }  // A
   const Eigen::VectorXd& offset() const { return c_; }    // c
@@ -40,6 +45,7 @@ class LinearPrior final : public Factor {
  private:
   Eigen::MatrixXd A_;
   Eigen::VectorXd c_;
+  Eigen::MatrixXd spread_;
   std::vector<std::array<double, kMaxAmbient>> x0_;
 };
 
@@ -48,12 +54,13 @@ class LinearPrior final : public Factor {
 // may not be removed. Where many of the removed variables are small and share no factors with each other, they
 // go first, one by one, if their kind (Key::kind) is given: the same prior in less time.
 std::shared_ptr<const LinearPrior> marginalise(const Graph& graph, const Values& values,
-                                               const std::vector<Key>& removed, char eliminate_first = 0);
+                                               const std::vector<Key>& removed, char eliminate_first = 0,
+                                               double overcount = 1.0);
 
 // Does it: removes these factors and variables and adds the prior. Returns the prior's id, or nothing if
 // there is none.
 std::optional<FactorId> marginalise_out(Graph& graph, Values& values, const std::vector<Key>& removed,
-                                        char eliminate_first = 0);
+                                        char eliminate_first = 0, double overcount = 1.0);
 
 // The joint covariance of some variables, in their tangent spaces at the values, in the order asked for (each
 // once). All other variables are marginalised, constant ones are certain and may not be asked for. Nothing if
@@ -65,9 +72,9 @@ std::optional<Eigen::MatrixXd> marginal_covariance(const Graph& graph, const Val
 // first, and what is left is factorised once, as a dense matrix.
 class DenseMarginals {
  public:
-  DenseMarginals(const Graph& graph, const Values& values, char eliminate_first);
+  DenseMarginals(const Graph& graph, const Values& values, char eliminate_first, double overcount = 1.0);
 
-  // As marginal_covariance(); not of variables of the eliminated kind.
+  // H^-1 M H^-1 (reduced.h), which is what marginal_covariance() says where nothing was overcounted; not of variables of the eliminated kind.
   std::optional<Eigen::MatrixXd> covariance(const std::vector<Key>& keys) const;
 
  private:
@@ -78,6 +85,7 @@ class DenseMarginals {
   std::map<Key, Columns> columns_;
   Eigen::VectorXd scale_;
   Eigen::LLT<Eigen::MatrixXd> cholesky_;
+  Eigen::MatrixXd M_;  // scaled
 };
 
 }  // namespace covey::graph

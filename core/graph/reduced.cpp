@@ -125,23 +125,39 @@ Place place(const Factor& factor, const ReducedSystem& system, const std::set<Ke
   return place;
 }
 
-void add_to_system(const LinearFactor& factor, const Place& place, ReducedSystem& system) {
+void add_to_system(const LinearFactor& factor, const Place& place, Eigen::MatrixXd& H, Eigen::VectorXd& b) {
   for (std::size_t i = 0; i < place.columns.size(); ++i) {
     if (place.columns[i] == kNoColumn) continue;
-    system.b.segment(place.columns[i], factor.jacobian(i).cols()).noalias() +=
+    b.segment(place.columns[i], factor.jacobian(i).cols()).noalias() +=
         factor.jacobian(i).transpose() * factor.r();
     for (std::size_t j = 0; j < place.columns.size(); ++j) {
       if (place.columns[j] == kNoColumn) continue;
-      add_product(factor.jacobian(i), factor.jacobian(j),
-                  system.H.block(place.columns[i], place.columns[j], factor.jacobian(i).cols(),
-                                 factor.jacobian(j).cols()));
+      add_product(
+          factor.jacobian(i), factor.jacobian(j),
+          H.block(place.columns[i], place.columns[j], factor.jacobian(i).cols(), factor.jacobian(j).cols()));
+    }
+  }
+}
+
+// What M has beyond H.
+void add_spread(const LinearFactor& factor, const Place& place, const Eigen::MatrixXd& spread,
+                Eigen::MatrixXd& M) {
+  const Eigen::MatrixXd beyond = spread - Eigen::MatrixXd::Identity(spread.rows(), spread.cols());
+  for (std::size_t j = 0; j < place.columns.size(); ++j) {
+    if (place.columns[j] == kNoColumn) continue;
+    const Eigen::MatrixXd spread_j = beyond * factor.jacobian(j);
+    for (std::size_t i = 0; i < place.columns.size(); ++i) {
+      if (place.columns[i] == kNoColumn) continue;
+      M.block(place.columns[i], place.columns[j], factor.jacobian(i).cols(), spread_j.cols()).noalias() +=
+          factor.jacobian(i).transpose() * spread_j;
     }
   }
 }
 
 }  // namespace
 
-ReducedSystem reduce(const Graph& graph, const Values& values, const std::set<Key>& eliminated) {
+ReducedSystem reduce(const Graph& graph, const Values& values, const std::set<Key>& eliminated,
+                     double overcount) {
   ReducedSystem system;
   int columns = 0;
   for (const Key key : graph.keys()) {
@@ -151,14 +167,21 @@ ReducedSystem reduce(const Graph& graph, const Values& values, const std::set<Ke
   }
   system.H = Eigen::MatrixXd::Zero(columns, columns);
   system.b = Eigen::VectorXd::Zero(columns);
+  // Of the factors without an eliminated variable; in the end M has what all of them would add were their residuals' covariances I.
+  Eigen::MatrixXd rest = system.H;
+  system.M = system.H;
   std::map<Key, Star> stars;
   LinearFactor linear;
   for (const FactorId id : graph.ids()) {
     const Factor& factor = graph.factor(id);
     const Place at = place(factor, system, eliminated);
     linear.evaluate(graph, id, values);
-    add_to_system(linear, at, system);
-    if (at.centre == factor.keys().size()) continue;
+    if (at.centre == factor.keys().size()) {
+      add_to_system(linear, at, rest, system.b);
+      if (factor.spread()) add_spread(linear, at, *factor.spread(), system.M);
+      continue;
+    }
+    add_to_system(linear, at, system.H, system.b);
     Star& star = stars.try_emplace(factor.keys()[at.centre], factor.types()[at.centre].tangent).first->second;
     star.add_centre(linear, at.centre);
     for (std::size_t k = 0; k < at.columns.size(); ++k) {
@@ -166,6 +189,8 @@ ReducedSystem reduce(const Graph& graph, const Values& values, const std::set<Ke
     }
   }
   for (const auto& [key, star] : stars) star.eliminate(system);
+  system.M += rest + overcount * system.H;
+  system.H += rest;
   return system;
 }
 

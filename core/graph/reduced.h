@@ -8,6 +8,14 @@
 //
 // where H_ee is block-diagonal, since no two eliminated variables share a factor (COVEY_CHECK). The result is dense: for many small variables that
 // hang on a few others. Directions of an eliminated variable that its factors do not determine are dropped (pseudo-inverse).
+//
+// Where errors are not what a solve takes them for, H is not the inverse of its result's covariance. With M = E[b b^T] that is
+//
+//   C = H^-1 M H^-1
+//
+// M = H where each whitened residual has the covariance I. Here the factors of an eliminated variable together may have `overcount` times that: m views of a
+// point whose errors hang together are worth m / overcount independent ones. Source: Huber, "The behavior of maximum likelihood estimates under
+// nonstandard conditions", 1967; White, "Maximum likelihood estimation of misspecified models", Econometrica 1982.
 
 #include <Eigen/Core>
 #include <map>
@@ -20,10 +28,12 @@ namespace covey::graph {
 struct ReducedSystem {
   Eigen::MatrixXd H;
   Eigen::VectorXd b;
+  Eigen::MatrixXd M;
   std::map<Key, int> first_column;  // of each variable that is left, in key order; constant ones have none
 };
 
-ReducedSystem reduce(const Graph& graph, const Values& values, const std::set<Key>& eliminated);
+ReducedSystem reduce(const Graph& graph, const Values& values, const std::set<Key>& eliminated,
+                     double overcount = 1.0);
 
 // H^-1 B of a positive semi-definite H, without the directions that H does not determine. Scaled to a unit diagonal first.
 Eigen::MatrixXd solve_semidefinite(const Eigen::MatrixXd& H, const Eigen::MatrixXd& B);

@@ -14,11 +14,13 @@ VioOptions read_vio_options(ConfigSection& section) {
   section.read("keyframe_overlap", options.keyframe_overlap, 0.0, 1.0);
   section.read("robust_width", options.robust_width, 0.1, 100.0);
   section.read("gate", options.gate, 1.0, 100.0);
+  section.read("overcount", options.overcount, 1.0, 1000.0);
   section.read("team_distance_m", options.team_distance_m, 0.01, 100.0);
   section.read("team_angle_deg", options.team_angle_deg, 1.0, 180.0);
   section.read("team_interval_s", options.team_interval_s, 0.1, 60.0);
   section.read("team_sigma_m", options.team_sigma_m, 0.0, 1.0);
   section.read("team_sigma_deg", options.team_sigma_deg, 0.0, 10.0);
+  section.read("team_turn_share", options.team_turn_share, 0.0, 1.0);
   section.read("start_s", options.start_s, 0.2, 10.0);
   section.read("mono_start_s", options.mono_start_s, 0.5, 10.0);
   section.read("min_tracks", options.min_tracks, 4, 100);

@@ -19,14 +19,18 @@ struct VioOptions {
   double keyframe_overlap = 0.6;    // share of the last keyframe's landmarks that are still seen
   double robust_width = 2.0;        // of the Huber kernel of image coordinates, in sigmas
   double gate = 8.0;                // sigmas beyond which an image coordinate is not used
+  // Of a landmark's views, for covariances (core/graph/reduced.h): a track drifts by 0.09 pixels a frame, at random, so that so many are worth one.
+  double overcount = 8.0;
 
   // Keyframes for the team: when one of these is reached.
   double team_distance_m = 0.5;
   double team_angle_deg = 15.0;
   double team_interval_s = 1.0;
-  // Their relative poses are at least this uncertain, per axis: what a calibration is off by is not in the images' noise.
-  double team_sigma_m = 0.002;
-  double team_sigma_deg = 0.03;
+  // Their relative poses are at least this uncertain, per axis, and by this share of the angle turned: what a calibration and the tracking of turning
+  // pictures are off by is not in the images' noise.
+  double team_sigma_m = 0.0005;
+  double team_sigma_deg = 0.01;
+  double team_turn_share = 0.002;
 
   // Start and end of a segment.
   double start_s = 0.7;       // of images that a segment starts from

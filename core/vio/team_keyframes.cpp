@@ -24,7 +24,8 @@ Matrix6d relative_covariance(const VioOptions& options, const SE3& T_P_K,
   Eigen::Matrix<double, 6, 12> J;
   J << -T_P_K.inverse().adjoint(), Matrix6d::Identity();
   Matrix6d relative = J * covariance * J.transpose();
-  const double sigma_rad = options.team_sigma_deg * kDegree;
+  const double sigma_rad =
+      std::hypot(options.team_sigma_deg * kDegree, options.team_turn_share * T_P_K.rotation.log().norm());
   relative.diagonal().head<3>().array() += options.team_sigma_m * options.team_sigma_m;
   relative.diagonal().tail<3>().array() += sigma_rad * sigma_rad;
   return 0.5 * (relative + relative.transpose());

@@ -13,7 +13,7 @@ namespace covey::vio {
 // Whether a keyframe is due, `age_s` after the last one of the team from which T_P_B is the way to here.
 bool team_keyframe_due(const VioOptions& options, const SE3& T_P_B, double age_s);
 
-// The covariance of T_P_K from that of the poses of P and K, [xi_P; xi_K] (m, rad), with the floor of the options added:
+// The covariance of T_P_K from that of the poses of P and K, [xi_P; xi_K] (m, rad), with what the options add:
 //   xi = xi_K - Ad(T_K_P) xi_P
 Matrix6d relative_covariance(const VioOptions& options, const SE3& T_P_K,
                              const Eigen::Matrix<double, 12, 12>& covariance);

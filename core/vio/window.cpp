@@ -240,7 +240,7 @@ void Window::marginalise_oldest() {
   }
   for (const std::int64_t track : without_views) remove_landmark(track);
   for (const std::int64_t track : gone) landmarks_.erase(track);
-  if (const auto prior = graph::marginalise_out(graph_, values_, removed, 'l')) {
+  if (const auto prior = graph::marginalise_out(graph_, values_, removed, 'l', options_.overcount)) {
     for (const Key key : graph_.factor(*prior).keys()) graph_.hold(key, values_);
   }
   keyframes_.erase(keyframes_.begin());
@@ -281,7 +281,7 @@ std::size_t Window::landmarks_in_newest() const {
 }
 
 const graph::DenseMarginals& Window::marginals() {
-  if (!marginals_) marginals_.emplace(graph_, values_, 'l');
+  if (!marginals_) marginals_.emplace(graph_, values_, 'l', options_.overcount);
   return *marginals_;
 }
 

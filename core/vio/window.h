@@ -22,8 +22,8 @@
 namespace covey::vio {
 
 struct WindowPrior {
-  double position_m = 1e-3;
-  double yaw_rad = 1e-3;
+  double position_m = 1e-4;
+  double yaw_rad = 1e-4;
   double tilt_rad = 0.2;
   double gyro_bias = 0.02;  // rad/s, around the start's
   double accel_bias = 0.2;  // m/s^2, around the start's

@@ -214,6 +214,38 @@ TEST_CASE("Marginals: with points eliminated first they are those of the whole g
   REQUIRE_FALSE(DenseMarginals(loose, values, 'l').covariance({{'x', 4}}));
 }
 
+TEST_CASE(
+    "Marginals: views that were overcounted make what they are worth less certain, also through a prior") {
+  constexpr double kOvercount = 5.0;
+  Values values;
+  Graph graph = reconstruction(values);
+  const Linearisation model = linearise(graph, values);
+  const Eigen::MatrixXd J(model.J);
+  Eigen::VectorXd variance = Eigen::VectorXd::Ones(J.rows());
+  for (const auto& [id, row] : model.first_row) {
+    if (graph.factor(id).keys().back().kind == 'l')
+      variance.segment(row, graph.factor(id).residual_dim()).setConstant(kOvercount);
+  }
+  const Eigen::MatrixXd H_inverse = (J.transpose() * J).inverse();
+  const Eigen::MatrixXd C = H_inverse * J.transpose() * variance.asDiagonal() * J * H_inverse;
+  const Eigen::MatrixXd expected =
+      C.block<6, 6>(model.first_column.at({'x', 4}), model.first_column.at({'x', 4}));
+  const auto found = DenseMarginals(graph, values, 'l', kOvercount).covariance({{'x', 4}});
+  REQUIRE(found);
+  REQUIRE((*found - expected).norm() < 1e-9 * expected.norm());
+  const auto sure = DenseMarginals(graph, values, 'l').covariance({{'x', 4}});
+  REQUIRE(found->trace() > 1.5 * sure->trace());
+
+  // In two steps, so that the first prior goes into the second.
+  std::vector<Key> leaving{{'x', 0}};
+  for (std::uint64_t point = 0; point < kPoints; ++point) leaving.push_back({'l', point});
+  for (const std::vector<Key>& removed : {leaving, std::vector<Key>{{'x', 1}}})
+    REQUIRE(marginalise_out(graph, values, removed, 'l', kOvercount));
+  const auto after = DenseMarginals(graph, values, 'l', kOvercount).covariance({{'x', 4}});
+  REQUIRE(after);
+  REQUIRE((*after - expected).norm() < 1e-6 * expected.norm());
+}
+
 TEST_CASE("marginalise: points eliminated first give the same prior, and constant poses are conditioned on") {
   for (const bool constant : {false, true}) {
     Values values;

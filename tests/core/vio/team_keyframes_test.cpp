@@ -38,7 +38,7 @@ TEST_CASE("relative_covariance: is that of disturbed poses, plus the floor") {
     sum += e * e.transpose();
   }
   VioOptions options;
-  options.team_sigma_m = options.team_sigma_deg = 0.0;
+  options.team_sigma_m = options.team_sigma_deg = options.team_turn_share = 0.0;
   const Matrix6d predicted = relative_covariance(options, T_P_K, covariance);
   REQUIRE((sum / kSamples - predicted).norm() < 0.05 * predicted.norm());
   options.team_sigma_m = 0.01;
@@ -46,6 +46,11 @@ TEST_CASE("relative_covariance: is that of disturbed poses, plus the floor") {
   const Matrix6d floor = relative_covariance(options, T_P_K, Eigen::Matrix<double, 12, 12>::Zero());
   REQUIRE(floor(2, 2) == Approx(1e-4));
   REQUIRE(floor(5, 5) == Approx(std::pow(std::numbers::pi / 180.0, 2)));
+  options.team_turn_share = 0.1;
+  const double turn = T_P_K.rotation.log().norm();
+  const Matrix6d with_share = relative_covariance(options, T_P_K, Eigen::Matrix<double, 12, 12>::Zero());
+  REQUIRE(with_share(2, 2) == Approx(1e-4));
+  REQUIRE(with_share(5, 5) - floor(5, 5) == Approx(0.01 * turn * turn));
 }
 
 TEST_CASE("gravity_sigma: turns about the vertical do not count, tilt does, and there is a floor") {
