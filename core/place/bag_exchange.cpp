@@ -19,6 +19,17 @@ bool is_listed(const KeyframeName& own, const std::map<Utime, RunInventory>& run
   return own.id < run->second.said_from || run->second.ids.contains(own.id);
 }
 
+// As RFC 6298 smooths round trips.
+void measure(Utime taken, std::optional<Utime>& mean, Utime& deviation) {
+  if (!mean) {
+    mean = taken;
+    deviation = taken / 2;
+    return;
+  }
+  deviation += (std::abs(taken - *mean) - deviation) / 4;
+  *mean += (taken - *mean) / 8;
+}
+
 }  // namespace
 
 void BagExchange::offer(const KeyframeName& own) {
@@ -78,6 +89,7 @@ const char* BagExchange::receive(const lcd_inventory_t& message, Utime now) {
 void BagExchange::compare(Peer& peer, const std::map<Utime, RunInventory>& runs, bool whole, Utime now) {
   std::erase_if(peer.flying, [&](const auto& each) {
     if (!is_listed(own_[static_cast<std::size_t>(each.first)], runs, whole)) return false;
+    measure(now - each.second.sent, peer.taken, peer.deviation);
     peer.listed_order = std::max(peer.listed_order, each.second.order);
     peer.progress = now;
     peer.patience = options_.patience_us;
@@ -92,16 +104,21 @@ void BagExchange::compare(Peer& peer, const std::map<Utime, RunInventory>& runs,
 }
 
 void BagExchange::give_up_lost(Peer& peer, Utime now) {
+  const Utime late = late_after(peer);
   bool out_of_patience = false;
   std::erase_if(peer.flying, [&](const auto& each) {
     const Flight& flight = each.second;
-    const std::int64_t by = peer.listed_order - flight.order;
-    if (by >= options_.overtaken || (by > 0 && now - flight.sent >= options_.overtaken_us)) return true;
-    const bool lost = now - std::max(flight.sent, peer.progress) >= peer.patience;
+    if (flight.order < peer.listed_order && now - flight.sent >= late) return true;
+    const bool lost = now - std::max(flight.sent, peer.progress) >= std::max(peer.patience, late);
     out_of_patience = out_of_patience || lost;
     return lost;
   });
   if (out_of_patience) peer.patience = std::min(2 * peer.patience, options_.most_patience_us);
+}
+
+Utime BagExchange::late_after(const Peer& peer) const {
+  if (!peer.taken) return options_.first_late_us;
+  return std::max(options_.least_late_us, *peer.taken + 4 * peer.deviation);
 }
 
 std::optional<BagExchange::Due> BagExchange::next(Utime now) {

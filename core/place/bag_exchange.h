@@ -9,8 +9,9 @@
 //
 // An owner sends what a robot in range lacks, the newest first; a bag that was never sent goes to everyone, one that a single robot lacks
 // to that robot. At most `window` bags are on their way to a robot without being listed, so that no more is said into the void or into a
-// slow link. A bag is lost when a later one is listed without it (`overtaken`, or a second after it was sent: mail may be disordered), or
-// when nothing new is listed for `patience_us`, which doubles. While nobody who wants them is in range, bags wait.
+// slow link. How long a bag takes to be listed is measured for each robot, mean and deviation. One is lost when a later one was listed,
+// and it itself should have been by the mean and four deviations (mail may be disordered); or when nothing new is listed for
+// `patience_us`, which doubles. While nobody who wants them is in range, bags wait.
 //
 // Of two robots one looks for their common places (verifier_of); only that one wants the other's bags.
 
@@ -36,9 +37,9 @@ struct ExchangeOptions {
   Utime say_us = kUsPerSecond;
   Utime say_soon_us = 100'000;  // after a greeting, or after `soon_bags` or a hole
   int soon_bags = 8;
-  int window = 64;    // bags: 30 kB
-  int overtaken = 8;  // bags
-  Utime overtaken_us = kUsPerSecond;
+  int window = 64;                     // bags: 30 kB
+  Utime first_late_us = kUsPerSecond;  // an overtaken bag, until it has been measured how long they take
+  Utime least_late_us = 200'000;
   Utime patience_us = 2 * kUsPerSecond;
   Utime most_patience_us = 32 * kUsPerSecond;
 };
@@ -85,12 +86,15 @@ class BagExchange {
     std::int64_t next_order = 0;
     std::int64_t listed_order = -1;  // the newest that was listed
     Utime progress = 0;              // when one was listed last
+    std::optional<Utime> taken;      // from sending to being listed, smoothed
+    Utime deviation = 0;
     Utime patience = 0;
   };
 
   bool wants(int robot, const Peer& peer) const { return peer.said && verifier_of(robot_, robot) == robot; }
   void compare(Peer& peer, const std::map<Utime, RunInventory>& runs, bool whole, Utime now);
   void give_up_lost(Peer& peer, Utime now);
+  Utime late_after(const Peer& peer) const;
   Inventory inventory(Utime now);
 
   int robot_;

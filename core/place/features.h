@@ -35,7 +35,7 @@ struct FrameFeatures {
   }
 };
 
-// The best `most`: those with a depth before those without, otherwise in their order.
-FrameFeatures best_of(const FrameFeatures& features, int most);
+// The best `most`: those with a depth before those without, otherwise in their order; without the best `known`.
+FrameFeatures best_of(const FrameFeatures& features, int most, int known = 0);
 
 }  // namespace covey::place

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstdlib>
+#include <string_view>
 #include <utility>
 
 namespace covey::place {
@@ -85,14 +86,28 @@ const char* LcdAgent::receive(const lcd_request_t& message, Utime now) {
   return nullptr;
 }
 
+const char* LcdAgent::receive(const lcd_more_t& message, Utime now) {
+  if (message.from == robot_ || message.to != robot_ || !is_robot(message.from)) return "robot";
+  if (message.known <= 0 || message.known > kMostFeatures) return "values";
+  hear(message.from, now);
+  const KeyframeName name{robot_, message.segment, message.id};
+  const FrameFeatures* own = features_of(name);
+  outgoing_.emplace_back(frame_message(
+      name, now, message.from,
+      own ? best_of(*own, message.known + options_.more_features, message.known) : FrameFeatures{}));
+  return nullptr;
+}
+
 const char* LcdAgent::receive(const lcd_frame_t& message, Utime now) {
   if (message.from == robot_ || message.to != robot_) return "robot";
   const KeyframeName name{message.from, message.segment, message.id};
-  if (!asked_.contains(name)) return "unasked";
+  const auto asked = asked_.find(name);
+  if (asked == asked_.end()) return "unasked";
   FrameFeatures features;
   if (const char* reason = read_frame(message, features)) return reason;
   hear(message.from, now);
-  asked_.erase(name);
+  if (asked->second.known > 0) return take_more(name, features);
+  asked_.erase(asked);
   funnel_.count(message.from, "answered");
   if (features.size() == 0) {
     forget_candidates(name, "gone");
@@ -141,7 +156,11 @@ void LcdAgent::tick(Utime now) {
     }
     asked.again = now + (options_.ask_again_us << asked.times);
     ++asked.times;
-    ask_for({name}, now);
+    if (asked.known > 0) {
+      ask_for_more(name, asked.known, now);
+    } else {
+      ask_for({name}, now);
+    }
   }
   for (const KeyframeName& name : unanswered) {
     asked_.erase(name);
@@ -158,9 +177,8 @@ bool LcdAgent::work(Utime now) {
     funnel_.refuse(candidate.other.robot, "redundant");
     return true;
   });
-  const auto best = std::find_if(waiting_.begin(), waiting_.end(), [this](const Candidate& c) {
-    return features_of(c.other) && features_of(c.own);
-  });
+  const auto best = std::find_if(waiting_.begin(), waiting_.end(),
+                                 [this](const Candidate& candidate) { return can_verify(candidate); });
   if (best == waiting_.end() || !spend_verification(now)) return false;
   const Candidate candidate = *best;
   waiting_.erase(best);
@@ -177,9 +195,8 @@ bool LcdAgent::is_busy(Utime now) const {
   const bool telling = std::any_of(untold_.begin(), untold_.end(), [&](const auto& each) {
     return each.second.period <= 2 * options_.repeat_loop_us && exchange_.present(each.second.to, now);
   });
-  const bool ready = std::any_of(waiting_.begin(), waiting_.end(), [this](const Candidate& c) {
-    return features_of(c.other) && features_of(c.own);
-  });
+  const bool ready = std::any_of(waiting_.begin(), waiting_.end(),
+                                 [this](const Candidate& candidate) { return can_verify(candidate); });
   return asked || telling || ready || exchange_.owes(now);
 }
 
@@ -236,7 +253,7 @@ std::map<Utime, int> LcdAgent::own_positions() const {
 void LcdAgent::hear(int robot, Utime now) {
   if (!exchange_.hear(robot, now)) return;
   for (auto& [name, asked] : asked_) {
-    if (name.robot == robot) asked = {now + options_.ask_again_us, 1};
+    if (name.robot == robot) asked = {now + options_.ask_again_us, 1, asked.known};
   }
   for (auto& [loop, untold] : untold_) {
     if (untold.to != robot) continue;
@@ -299,13 +316,17 @@ void LcdAgent::look_for(const KeyframeName& name, int robot) {
   }
 }
 
-// Kept in order, the most similar first.
 void LcdAgent::add_candidate(const Candidate& candidate) {
   funnel_.count(candidate.other.robot, "candidate");
   if (is_redundant(candidate)) {
     funnel_.refuse(candidate.other.robot, "redundant");
     return;
   }
+  insert_candidate(candidate);
+}
+
+// Kept in order, the most similar first.
+void LcdAgent::insert_candidate(const Candidate& candidate) {
   const auto place =
       std::upper_bound(waiting_.begin(), waiting_.end(), candidate,
                        [](const Candidate& a, const Candidate& b) { return a.similarity > b.similarity; });
@@ -345,6 +366,7 @@ void LcdAgent::keep_features_of_other(const KeyframeName& name, FrameFeatures fe
   if (others_features_.insert_or_assign(name, std::move(features)).second) others_order_.push_back(name);
   if (static_cast<int>(others_order_.size()) > options_.others_features) {
     others_features_.erase(others_order_.front());
+    more_asked_.erase(others_order_.front());
     others_order_.pop_front();
   }
 }
@@ -364,7 +386,7 @@ void LcdAgent::ask(Utime now) {
     if (open[name.robot] >= options_.asked_at_once || left < 1.0) continue;
     ++open[name.robot];
     left -= 1.0;
-    asked_[name] = {now + options_.ask_again_us, 1};
+    asked_[name] = {now + options_.ask_again_us, 1, 0};
     wanted[name.robot].push_back(name);
     funnel_.count(name.robot, "asked");
   }
@@ -384,6 +406,69 @@ void LcdAgent::ask_for(const std::vector<KeyframeName>& names, Utime now) {
   outgoing_.emplace_back(request);
 }
 
+bool LcdAgent::can_verify(const Candidate& candidate) const {
+  return !candidate.awaits_more && features_of(candidate.other) && features_of(candidate.own);
+}
+
+// Too few of another robot's best features agreed, and not so few that its others could not change that. Only while nothing joins the two
+// trajectories: later the same bytes find more among keyframes that were not asked for yet.
+bool LcdAgent::is_nearly_enough(const Candidate& candidate, const Verification& verification) const {
+  if (candidate.other.robot == robot_ || verification.matches < options_.nearly_matches) return false;
+  if (joints_.contains({candidate.own.segment, candidate.other.robot, candidate.other.segment})) return false;
+  const std::string_view why = verification.refused;
+  return why == "matches" || why == "five_point" || why == "three_point" || why == "inliers";
+}
+
+// Once for each keyframe. It costs as much as two others, and is paid from the same budget.
+void LcdAgent::ask_for_more(Candidate candidate, Utime now) {
+  const KeyframeName name = candidate.other;
+  const auto asked = asked_.find(name);
+  if (asked == asked_.end()) {
+    constexpr double kCost = 2.0;
+    double& left = asks_left_.try_emplace(name.robot, options_.asked_at_once).first->second;
+    if (left < kCost || !exchange_.present(name.robot, now) || !more_asked_.insert(name).second) return;
+    left -= kCost;
+    const auto known = static_cast<int>(features_of(name)->size());
+    asked_[name] = {now + options_.ask_again_us, 1, known};
+    funnel_.count(name.robot, "asked_more");
+    ask_for_more(name, known, now);
+  }
+  candidate.awaits_more = true;
+  insert_candidate(candidate);
+}
+
+void LcdAgent::ask_for_more(const KeyframeName& name, int known, Utime now) {
+  lcd_more_t message{};
+  message.utime = now;
+  message.from = robot_;
+  message.to = name.robot;
+  message.segment = name.segment;
+  message.id = name.id;
+  message.known = known;
+  outgoing_.emplace_back(message);
+}
+
+const char* LcdAgent::take_more(const KeyframeName& name, const FrameFeatures& features) {
+  const auto known = others_features_.find(name);
+  // An answer to what was asked first, once more.
+  if (known != others_features_.end() && features.size() > 0 &&
+      features.descriptors.front() == known->second.descriptors.front())
+    return "duplicate";
+  asked_.erase(name);
+  if (known == others_features_.end() || features.size() == 0) {
+    forget_candidates(name, "gone");
+    return nullptr;
+  }
+  FrameFeatures& all = known->second;
+  all.bearings_C.insert(all.bearings_C.end(), features.bearings_C.begin(), features.bearings_C.end());
+  all.depths_m.insert(all.depths_m.end(), features.depths_m.begin(), features.depths_m.end());
+  all.descriptors.insert(all.descriptors.end(), features.descriptors.begin(), features.descriptors.end());
+  for (Candidate& candidate : waiting_) {
+    if (candidate.other == name) candidate.awaits_more = false;
+  }
+  return nullptr;
+}
+
 void LcdAgent::forget_candidates(const KeyframeName& other, const char* why) {
   const auto n =
       std::erase_if(waiting_, [&](const Candidate& candidate) { return candidate.other == other; });
@@ -394,7 +479,11 @@ void LcdAgent::verify_candidate(const Candidate& candidate, Utime now) {
   const auto [a, b] = std::minmax(candidate.own, candidate.other);
   const Verification verification = verify(*features_of(a), *features_of(b), options_.verification);
   count_steps(candidate.other.robot, verification);
-  if (verification.refused || loops() >= options_.most_loops) return;
+  if (verification.refused) {
+    if (is_nearly_enough(candidate, verification)) ask_for_more(candidate, now);
+    return;
+  }
+  if (loops() >= options_.most_loops) return;
   loop_t loop = loop_message(a, b, verification, candidate.similarity);
   take_loop(loop, now);
   tell(now);

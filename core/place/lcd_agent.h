@@ -9,9 +9,9 @@
 //     of keyframes is looked at once in the team. A keyframe's similarity to another is divided by that to the keyframe before it,
 //     of its own robot: what can be expected there.
 //  2. For the best candidates it asks for the other's points and descriptors (lcd_request_t -> lcd_frame_t: the best of them, which
-//     are matched with all of its own), verifies (verification.h), and tells the other robot what it measured (lcd_loop_t), which
-//     answers with the same message: an acknowledgement. Both publish the very same numbers, since pose graphs know a shared closure
-//     by them.
+//     are matched with all of its own; the others too where those were nearly enough and nothing joins the two trajectories yet,
+//     lcd_more_t), verifies (verification.h), and tells the other robot what it measured (lcd_loop_t), which answers with the same
+//     message: an acknowledgement. Both publish the very same numbers, since pose graphs know a shared closure by them.
 //
 // Closures of a robot with its own past need no messages. A closure next to an accepted one says little new and is not looked for.
 //
@@ -24,11 +24,13 @@
 #include <covey/lcd_frame_t.hpp>
 #include <covey/lcd_inventory_t.hpp>
 #include <covey/lcd_loop_t.hpp>
+#include <covey/lcd_more_t.hpp>
 #include <covey/lcd_request_t.hpp>
 #include <covey/loop_t.hpp>
 #include <deque>
 #include <map>
 #include <memory>
+#include <set>
 #include <tuple>
 #include <utility>
 #include <variant>
@@ -56,6 +58,8 @@ struct LcdOptions {
   int waiting = 200;                      // candidates that wait to be verified; the least similar go first
   int keyframes = 5000;                   // of each robot that are remembered
   int sent_features = 150;                // of a keyframe, to who asks for them
+  int more_features = 350;                // after them, to who asks for more: as many bytes as two others
+  int nearly_matches = 12;                // that were found in vain, from which on more are asked for
   int others_features = 100;              // keyframes of other robots of which features are kept
   int asked_at_once = 4;                  // keyframes of one robot
   Utime ask_again_us = 5 * kUsPerSecond;  // doubles
@@ -66,7 +70,8 @@ struct LcdOptions {
   VerificationOptions verification;
 };
 
-using LcdMessage = std::variant<lcd_inventory_t, lcd_bag_t, lcd_request_t, lcd_frame_t, lcd_loop_t>;
+using LcdMessage =
+    std::variant<lcd_inventory_t, lcd_bag_t, lcd_request_t, lcd_more_t, lcd_frame_t, lcd_loop_t>;
 using LcdRecord = std::variant<lcd_bag_t, lcd_frame_t, lcd_loop_t, loop_t>;
 
 class LcdAgent {
@@ -82,6 +87,7 @@ class LcdAgent {
   const char* receive(const lcd_inventory_t& message, Utime now);
   const char* receive(const lcd_bag_t& message, Utime now);
   const char* receive(const lcd_request_t& message, Utime now);
+  const char* receive(const lcd_more_t& message, Utime now);
   const char* receive(const lcd_frame_t& message, Utime now);
   const char* receive(const lcd_loop_t& message, Utime now);
 
@@ -127,10 +133,12 @@ class LcdAgent {
     KeyframeName own;
     KeyframeName other;
     double similarity = 0.0;
+    bool awaits_more = false;  // features: nearly enough are here
   };
   struct Asked {
     Utime again = 0;
     int times = 1;
+    int known = 0;  // features that are here already
   };
   struct Untold {
     int to = 0;
@@ -146,6 +154,7 @@ class LcdAgent {
   double self_similarity(const KeyframeName& name) const;
   void look_for(const KeyframeName& name, int robot);
   void add_candidate(const Candidate& candidate);
+  void insert_candidate(const Candidate& candidate);
   KeyframeName own_end(const KeyframeName& a, const KeyframeName& b) const;
   KeyframeName other_end(const KeyframeName& a, const KeyframeName& b) const;
   bool is_redundant(const Candidate& candidate) const;
@@ -153,6 +162,11 @@ class LcdAgent {
   void keep_features_of_other(const KeyframeName& name, FrameFeatures features);
   void ask(Utime now);
   void ask_for(const std::vector<KeyframeName>& names, Utime now);
+  bool can_verify(const Candidate& candidate) const;
+  bool is_nearly_enough(const Candidate& candidate, const Verification& verification) const;
+  void ask_for_more(Candidate candidate, Utime now);
+  void ask_for_more(const KeyframeName& name, int known, Utime now);
+  const char* take_more(const KeyframeName& name, const FrameFeatures& features);
   void forget_candidates(const KeyframeName& other, const char* why);
   void verify_candidate(const Candidate& candidate, Utime now);
   void count_steps(int robot, const Verification& verification);
@@ -175,7 +189,8 @@ class LcdAgent {
   std::deque<KeyframeName> others_order_;
   std::vector<Candidate> waiting_;
   std::map<KeyframeName, Asked> asked_;
-  std::map<int, double> asks_left_;  // by other robot
+  std::set<KeyframeName> more_asked_;  // among others_features_
+  std::map<int, double> asks_left_;    // by other robot
   std::vector<loop_t> loops_;
   std::map<Joint, std::vector<std::pair<int, int>>> joints_;
   std::map<std::size_t, Untold> untold_;  // by index of the loop

@@ -24,6 +24,7 @@
 #include <covey/lcd_frame_t.hpp>
 #include <covey/lcd_inventory_t.hpp>
 #include <covey/lcd_loop_t.hpp>
+#include <covey/lcd_more_t.hpp>
 #include <covey/lcd_request_t.hpp>
 #include <covey/loop_t.hpp>
 #include <covey/loop_weights_t.hpp>
@@ -129,6 +130,8 @@ inline constexpr RadioChannel<lcd_inventory_t> kLcdInventory{"LCD_INVENTORY",
 inline constexpr RadioChannel<lcd_bag_t> kLcdBag{"LCD_BAG", radio::Module::kPlaceRecognition, false};
 inline constexpr RadioChannel<lcd_request_t> kLcdRequest{"LCD_REQUEST", radio::Module::kGeometricVerification,
                                                          true, 1};
+inline constexpr RadioChannel<lcd_more_t> kLcdMore{"LCD_MORE", radio::Module::kGeometricVerification, true,
+                                                   1};
 inline constexpr RadioChannel<lcd_frame_t> kLcdFrame{"LCD_FRAME", radio::Module::kGeometricVerification,
                                                      true};
 inline constexpr RadioChannel<lcd_loop_t> kLcdLoop{"LCD_LOOP", radio::Module::kGeometricVerification, true,
@@ -136,9 +139,9 @@ inline constexpr RadioChannel<lcd_loop_t> kLcdLoop{"LCD_LOOP", radio::Module::kG
 
 // Every radio channel. radio_bridge lets nothing else cross.
 inline constexpr std::tuple kRadioChannels{
-    kDpgoBeacon,     kDpgoNeighbours, kDpgoRound,   kDpgoRequest, kDpgoJoin,  kDpgoKeys,
-    kDpgoStart,      kDpgoAlignment,  kDpgoAdvance, kDpgoGraph,   kDpgoPoses, kDpgoRelay,
-    kDpgoRelayRound, kLcdInventory,   kLcdBag,      kLcdRequest,  kLcdFrame,  kLcdLoop};
+    kDpgoBeacon,    kDpgoNeighbours, kDpgoRound, kDpgoRequest, kDpgoJoin,  kDpgoKeys,       kDpgoStart,
+    kDpgoAlignment, kDpgoAdvance,    kDpgoGraph, kDpgoPoses,   kDpgoRelay, kDpgoRelayRound, kLcdInventory,
+    kLcdBag,        kLcdRequest,     kLcdMore,   kLcdFrame,    kLcdLoop};
 
 // The same without the types.
 const radio::TreatmentTable& radio_table();

@@ -52,6 +52,7 @@ LcdNode::LcdNode(Process& process, const LcdNodeOptions& options, const Rig& rig
   listen(kLcdInventory);
   listen(kLcdBag);
   listen(kLcdRequest);
+  listen(kLcdMore);
   listen(kLcdFrame);
   listen(kLcdLoop);
   process.loop().call_every(kTickUs, [this] {
@@ -134,6 +135,7 @@ void LcdNode::publish() {
     void operator()(const lcd_inventory_t& m) { bus.publish(kLcdInventory, m); }
     void operator()(const lcd_bag_t& m) { bus.publish(kLcdBag, m); }
     void operator()(const lcd_request_t& m) { bus.publish(kLcdRequest, m); }
+    void operator()(const lcd_more_t& m) { bus.publish(kLcdMore, m); }
     void operator()(const lcd_frame_t& m) { bus.publish(kLcdFrame, m); }
     void operator()(const lcd_loop_t& m) { bus.publish(kLcdLoop, m); }
   };

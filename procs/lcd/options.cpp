@@ -66,6 +66,8 @@ LcdNodeOptions read_lcd_options(ConfigSection& section, const Rig& rig) {
   section.read("waiting", agent.waiting, 1, 100'000);
   section.read("keyframes", agent.keyframes, 1, 1'000'000);
   section.read("sent_features", agent.sent_features, 20, place::kMostFeatures);
+  section.read("more_features", agent.more_features, 0, place::kMostFeatures);
+  section.read("nearly_matches", agent.nearly_matches, 1, place::kMostFeatures);
   section.read("others_features", agent.others_features, 1, 100'000);
   section.read("asked_at_once", agent.asked_at_once, 1, 32);
   read_seconds(section, "ask_again_s", agent.ask_again_us, 0.1, 600.0);

@@ -10,7 +10,7 @@
 namespace covey::place {
 namespace {
 
-constexpr std::tuple kChannels{kLcdInventory, kLcdBag, kLcdRequest, kLcdFrame, kLcdLoop};
+constexpr std::tuple kChannels{kLcdInventory, kLcdBag, kLcdRequest, kLcdMore, kLcdFrame, kLcdLoop};
 
 template <typename T>
 const char* channel_of(const T&) {

@@ -98,6 +98,26 @@ TEST_CASE(
       worst_overlapping, worst_behind);
 }
 
+TEST_CASE("a team in range: what a keyframe's words cost on the air, with all that says that they arrived") {
+  for (const double loss : {0.0, 0.1}) {
+    auto air = std::make_unique<RadioAir>(3, LinkFaults{.loss = loss, .delay_us = 100'000}, 4, kMegabit);
+    RadioAir& radio = *air;
+    Team team(std::move(air), std::vector<Drive>(3, {.keyframes = 120}), {});
+    team.run_for(70 * kSecond);
+    const double keyframes = 3.0 * 120.0;
+    const double words = static_cast<double>(radio.count("sent_bytes/place_recognition")) / keyframes;
+    const double control = static_cast<double>(radio.count("sent_bytes/control")) / keyframes;
+    std::cout << fmt::format(
+        "loss {:.0f} %: {:.0f} bytes a keyframe on the air for words, {:.0f} for acknowledgements and signs "
+        "of life; "
+        "{} of {} bags in vain\n",
+        100.0 * loss, words, control, team.bags_in_vain(),
+        team.bags_got(0, 1) + team.bags_got(1, 2) + team.bags_got(2, 0));
+    CHECK(team.bags_in_vain() == 0);
+    CHECK(words < (loss > 0.0 ? 600.0 : 550.0));
+  }
+}
+
 TEST_CASE("what a bridge forgets with its process is sent again, and no more") {
   auto air = std::make_unique<RadioAir>(3, kFaults, 3, kMegabit);
   RadioAir& radio = *air;

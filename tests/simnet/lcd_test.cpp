@@ -92,6 +92,28 @@ TEST_CASE("a partition delays closures with the others, and holds nobody up") {
   REQUIRE(disagreement(team, 3) == "");
 }
 
+TEST_CASE(
+    "where the best features are nearly enough, and nothing joins the robots, the others are asked for") {
+  LcdOptions options;
+  options.sent_features = 24;
+  options.nearly_matches = 8;
+  options.asks_per_keyframe = 4.0;
+  const LinkFaults faults{.loss = 0.2, .delay_us = 50'000, .jitter_us = 100'000, .duplicate = 0.3};
+  Team team(std::make_unique<BareAir>(2, faults, 3), std::vector<Drive>(2), options);
+  team.run_until_quiet();
+  team.run_for(60 * kSecond);
+  const int verifier = verifier_of(0, 1);
+  const auto& with_more = team.agent(verifier).funnel().by_robot().at(1 - verifier);
+  REQUIRE(with_more.at("asked_more") > 0);
+  REQUIRE(disagreement(team, 3) == "");
+  options.more_features = 0;
+  Team without(std::make_unique<BareAir>(2, faults, 3), std::vector<Drive>(2), options);
+  without.run_until_quiet();
+  without.run_for(60 * kSecond);
+  const auto& plain = without.agent(verifier).funnel().by_robot().at(1 - verifier);
+  REQUIRE(with_more.at("accepted") > (plain.contains("accepted") ? plain.at("accepted") : 0));
+}
+
 TEST_CASE("what anybody may say is refused with its reason and changes nothing") {
   Team team(2, {});
   team.run_until_quiet();

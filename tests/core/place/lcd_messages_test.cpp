@@ -76,6 +76,10 @@ TEST_CASE("the best features are those with a depth, in their order") {
   REQUIRE(best_of(features, depths + 2).size() == static_cast<std::size_t>(depths) + 2);
   REQUIRE_FALSE(best_of(features, depths + 2).has_depth(static_cast<std::size_t>(depths)));
   REQUIRE(best_of(features, 10'000).size() == features.size());
+  const FrameFeatures rest = best_of(features, 10'000, depths - 3);
+  REQUIRE(rest.size() + few.size() == features.size());
+  REQUIRE(rest.descriptors.front() == best_of(features, 10'000).descriptors[few.size()]);
+  REQUIRE(best_of(features, depths, depths + 1).size() == 0);
 }
 
 TEST_CASE("words cross in less than 0.5 kB, and make the sender's bag to the last bit") {
@@ -149,6 +153,10 @@ TEST_CASE("damaged messages are refused or harmless") {
   loop.loop = loop_message({0, 7, 0}, {1, 7, 1}, verification, 0.5);
   const Bytes request_bytes = encode(request);
   const Bytes loop_bytes = encode(loop);
+  lcd_more_t more{};
+  more.from = 1;
+  more.known = 40;
+  const Bytes more_bytes = encode(more);
   Inventory inventory;
   inventory.runs.resize(3);
   for (RunInventory& run : inventory.runs) run.ids.add(2, 9);
@@ -183,6 +191,7 @@ TEST_CASE("damaged messages are refused or harmless") {
     feed(damage(words, {48}), lcd_bag_t{});
     feed(damage(feature_bytes, in_features), lcd_frame_t{});
     feed(damage(request_bytes, {24}), lcd_request_t{});
+    feed(damage(more_bytes, {}), lcd_more_t{});
     feed(damage(inventory_bytes, {33, 67}), lcd_inventory_t{});
     feed(damage(loop_bytes, {}), lcd_loop_t{});
     lcd_frame_t message{};
