@@ -54,7 +54,8 @@ class Window {
   Landmarks landmarks() const;
   std::size_t landmarks_in_newest() const;
 
-  // Of [rho; phi; v; b_g; b_a] of the newest keyframe; of [rho; phi] of the keyframe at `other` and of the newest one.
+  // Of [rho; phi; v; b_g; b_a] of the newest keyframe; of [rho; phi] of the keyframe at `other` and of the newest one. Views count as options.overcount says: a
+  // track's errors hang together.
   std::optional<Matrix15d> covariance();
   std::optional<Eigen::Matrix<double, 12, 12>> pose_covariance(Utime other);
 
