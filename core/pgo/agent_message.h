@@ -18,7 +18,7 @@ namespace covey::pgo {
 
 using AgentMessage = std::variant<dpgo_beacon_t, dpgo_neighbours_t, dpgo_round_t, dpgo_request_t, dpgo_join_t,
                                   dpgo_keys_t, dpgo_keyframes_t, dpgo_alignment_t, dpgo_advance_t,
-                                  dpgo_graph_t, dpgo_poses_t, dpgo_relay_t>;
+                                  dpgo_coarse_t, dpgo_graph_t, dpgo_poses_t, dpgo_relay_t>;
 
 int sender_of(const AgentMessage& message);
 const char* type_of(const AgentMessage& message);  // "dpgo_beacon_t"

@@ -261,6 +261,11 @@ bool wants_bending(const AgreedProblem& problem, const CoarseOptions& options) {
   return shared >= options.least_loops * static_cast<int>(problem.part.size());
 }
 
+std::vector<int> coarse_nodes(const OpenedMember& member, int segment, const CoarseOptions& options) {
+  const bool none = member.places.lower_bound({segment, 0}) == member.places.lower_bound({segment + 1, 0});
+  return none ? std::vector<int>{} : nodes_of(member, segment, options).ids;
+}
+
 AgreedProblem coarse_problem(const AgreedProblem& problem, const CoarseOptions& options) {
   AgreedProblem coarse;
   coarse.name = problem.name;

@@ -33,6 +33,9 @@ struct CoarseOptions {
 // far: sphere2500 is lost by it.
 bool wants_bending(const AgreedProblem& problem, const CoarseOptions& options);
 
+// Of a segment: the ids of its nodes, ascending. None where it has no public keyframe, against the protocol.
+std::vector<int> coarse_nodes(const OpenedMember& member, int segment, const CoarseOptions& options = {});
+
 // With the same members and segments; keyframe ids count the nodes.
 AgreedProblem coarse_problem(const AgreedProblem& problem, const CoarseOptions& options);
 

@@ -34,10 +34,12 @@ struct DgncOptions {
   int final_updates = 100;  // per stage with binary weights, at most
   int final_stages = 4;     // at most: the last ones only follow loops that changed sides
   int max_updates = 2000;   // without robustness
+  int coarse_after =
+      30;  // of these, until a planar team takes steps along smooth motions, too (coarse_step.h)
   int total_updates = 0;  // the round ends where it is after so many; 0: no limit. The paper's early stop: 50
 
   // A stage ends early when an update lowers the team's cost by less than this part of barc2 for each loop that is undecided.
-  double tolerance = 1e-5;
+  double tolerance = 5e-6;
   double final_tolerance =
       1e-9;  // with binary weights and no loop that has changed sides, and without robustness: part of the cost
   int look_back = 8;  // updates that Anderson's acceleration combines the newest with
@@ -70,7 +72,7 @@ inline std::uint64_t common_hash(const DgncOptions& options) {
   }
   for (const int value :
        {options.rounds, options.updates, options.final_updates, options.final_stages, options.max_updates,
-        options.total_updates, int{options.robust}, options.look_back}) {
+        options.total_updates, int{options.robust}, options.look_back, options.coarse_after}) {
     hash.add(static_cast<std::uint64_t>(value));
   }
   return hash.value();

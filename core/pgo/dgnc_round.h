@@ -19,7 +19,8 @@
 //   3 part, 4 poses   where all start from odometry in the plane: a coarse pose graph of the team, and its solution by the anchor, to
 //                which all bend their starts (coarse_graph.h, elected_exchange.h)
 //   5 update 0   only the largest residual of my loops: all take mu_0 from the team's largest
-//   6 ... updates of the poses, in stages of at most T between which weights and mu change
+//   6 ... updates of the poses, in stages of at most T between which weights and mu change; in the plane with binary weights also
+//                steps along smooth motions (coarse_step.h)
 //
 // The opening is round_opening.h, the updates and their mathematics round_updates.h, the mail round_mail.h.
 //

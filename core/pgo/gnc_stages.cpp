@@ -11,6 +11,7 @@ namespace covey::pgo {
 namespace {
 
 constexpr double kSmallestLeap = 1.4;
+constexpr double kSmallestPart = 2e-7;  // of the cost: less than any stage has to gain
 
 }  // namespace
 
@@ -18,8 +19,8 @@ bool GncStages::converged(const TeamUpdate& team) const {
   const bool last = final_ && (team.undecided == 0 || final_stages_ >= options_.final_stages);
   if (last || !options_.robust) return team.decrease <= options_.final_tolerance * team.cost;
   // How exact a stage has to be, the loops say that its end may still decide.
-  return team.decrease <= options_.tolerance * options_.barc2 * static_cast<double>(team.undecided) ||
-         team.undecided == 0;
+  const double enough = options_.tolerance * options_.barc2 * static_cast<double>(team.undecided);
+  return team.decrease <= std::max(enough, kSmallestPart * team.cost) || team.undecided == 0;
 }
 
 bool GncStages::used_up() const { return options_.total_updates > 0 && updates_ >= options_.total_updates; }

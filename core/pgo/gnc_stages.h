@@ -42,6 +42,7 @@ class GncStages {
   double mu() const { return mu_; }
   bool binary() const { return final_; }
   int stages() const { return stages_; }
+  int stage_updates() const { return stage_updates_; }
 
  private:
   double next_mu() const;

@@ -41,6 +41,11 @@ struct ValuesAreGood {
            std::all_of(m.products.begin(), m.products.end(),
                        [](float value) { return std::isfinite(value); });
   }
+  bool operator()(const dpgo_coarse_t& m) const {
+    const auto finite = [](float value) { return std::isfinite(value); };
+    return std::all_of(m.gradient.begin(), m.gradient.end(), finite) &&
+           std::all_of(m.values.begin(), m.values.end(), finite);
+  }
   bool operator()(const dpgo_graph_t& m) const { return pgo::values_are_good(m); }
   bool operator()(const dpgo_poses_t& m) const { return pgo::values_are_good(m); }
 };

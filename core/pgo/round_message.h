@@ -6,6 +6,7 @@
 #include <compare>
 #include <covey/dpgo_advance_t.hpp>
 #include <covey/dpgo_alignment_t.hpp>
+#include <covey/dpgo_coarse_t.hpp>
 #include <covey/dpgo_graph_t.hpp>
 #include <covey/dpgo_join_t.hpp>
 #include <covey/dpgo_keyframes_t.hpp>
@@ -17,7 +18,7 @@
 namespace covey::pgo {
 
 using RoundMessage = std::variant<dpgo_join_t, dpgo_keys_t, dpgo_keyframes_t, dpgo_alignment_t,
-                                  dpgo_advance_t, dpgo_graph_t, dpgo_poses_t>;
+                                  dpgo_advance_t, dpgo_coarse_t, dpgo_graph_t, dpgo_poses_t>;
 
 struct RoundName {
   std::int64_t number = 0;

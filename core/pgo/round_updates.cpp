@@ -19,7 +19,8 @@ constexpr double kRounding = 1e-6;        // of costs as they are said
 constexpr double kShortestSum = 0.1;      // of quaternions, to be one
 constexpr double kBetweenSegments = 1e6;  // keyframes
 constexpr double kLastPart = 0.1;         // of what rounding may cost, when weights are binary
-constexpr double kMostUnits = 256.0;      // to a root mean square of what is to be said
+constexpr int kUpdatesPerCoarseStep = 5;
+constexpr double kMostUnits = 256.0;  // to a root mean square of what is to be said
 
 Lifted lift_all(const std::vector<SE3>& poses) {
   Lifted X(kRank, 4 * static_cast<Eigen::Index>(poses.size()));
@@ -123,6 +124,10 @@ RoundUpdates::RoundUpdates(const AgreedProblem& problem, const DgncOptions& opti
   }
   private_weights_ = Eigen::VectorXd::Ones(static_cast<Eigen::Index>(problem.graph.private_loops.size()));
   shared_weights_ = Eigen::VectorXd::Ones(static_cast<Eigen::Index>(shared.size()));
+  if (options.robust && options.alignment.dimension == 2 && options.look_back > 1) {
+    coarse_.emplace(problem);
+    if (!coarse_->useful()) coarse_.reset();
+  }
   solver_ = std::make_unique<BlockSolver>(problem.graph.poses(), kRank, std::move(edges), std::move(shared),
                                           options.block);
 }
@@ -168,6 +173,10 @@ double RoundUpdates::largest_open_residual() const {
 }
 
 bool RoundUpdates::fits(int robot, const RoundMessage& message) {
+  if (coarse_phase_ == Coarse::kAsked) {
+    const auto* coarse = std::get_if<dpgo_coarse_t>(&message);
+    return coarse != nullptr && coarse_->fits(robot, *coarse);
+  }
   const auto* step = std::get_if<dpgo_advance_t>(&message);
   if (step == nullptr || step->products.size() + 1 != std::max<std::size_t>(1, steps_.size())) return false;
   Member& member = members_.at(robot);
@@ -177,6 +186,11 @@ bool RoundUpdates::fits(int robot, const RoundMessage& message) {
 }
 
 bool RoundUpdates::advance(RoundMail& mail) {
+  if (coarse_phase_ == Coarse::kAsked) {
+    take_coarse_step(mail);
+    send_update(mail);
+    return true;
+  }
   TeamUpdate team;
   for (const int robot : problem_.part) {
     const auto& m = mail.from<dpgo_advance_t>(robot);
@@ -199,14 +213,67 @@ bool RoundUpdates::advance(RoundMail& mail) {
     if (updates_ > 0) note_stage(team, mail.bytes());
     if (!stages_.begin(team, first_mu())) return false;
     begin_anew();
+    coarse_phase_ = Coarse::kNone;
+    hessian_due_ = true;
   } else if (!worse) {
     accelerate(team);
+    coarse_phase_ = coarse_phase_ == Coarse::kTaken ? Coarse::kNone : coarse_phase_;
   }
+  if (wants_coarse_step()) {
+    ask_coarse_step(mail);
+  } else {
+    send_update(mail);
+  }
+  return true;
+}
+
+void RoundUpdates::send_update(RoundMail& mail) {
   auto m = mail.compose<dpgo_advance_t>();
   update(m);
   encode_public_poses(m);
   mail.send(std::move(m));
-  return true;
+}
+
+bool RoundUpdates::wants_coarse_step() const {
+  return coarse_ && stages_.binary() && coarse_phase_ == Coarse::kNone &&
+         stages_.stage_updates() >= options_.coarse_after &&
+         stages_.stage_updates() % kUpdatesPerCoarseStep == 0;
+}
+
+CoarseStep::Poses RoundUpdates::newest_public() const {
+  CoarseStep::Poses poses;
+  for (const auto& [robot, member] : members_) poses[robot] = member.results.front();
+  return poses;
+}
+
+void RoundUpdates::ask_coarse_step(RoundMail& mail) {
+  coarse_phase_ = Coarse::kAsked;
+  auto m = mail.compose<dpgo_coarse_t>();
+  for (auto& [robot, member] : members_) member.ahead = member.results.front();
+  const Lifted& X = results_.front();
+  const CoarseStep::Poses known = newest_public();
+  coarse_->write_gradient(X, solver_->riemannian_gradient(targets(), X), known, m);
+  if (hessian_due_) coarse_->write_hessian(*solver_, edge_weights(), shared_weights_, X, known, m);
+  hessian_due_ = false;
+  mail.send(std::move(m));
+}
+
+void RoundUpdates::take_coarse_step(const RoundMail& mail) {
+  coarse_phase_ = Coarse::kUseless;
+  std::map<int, const dpgo_coarse_t*> messages;
+  for (const int robot : problem_.part) messages[robot] = &mail.from<dpgo_coarse_t>(robot);
+  if (!coarse_->solve(messages)) return;
+  coarse_phase_ = Coarse::kTaken;
+  const CoarseStep::Poses known = newest_public();
+  Lifted X = results_.front();
+  coarse_->move(known, X);
+  push(std::move(X), options_.look_back + 1, results_);
+  for (auto& [robot, member] : members_) {
+    coarse_->move(known, robot, member.sent.poses);
+    push(member.sent.poses, options_.look_back + 1, member.results);
+  }
+  anderson_.restart();
+  steps_.clear();
 }
 
 // The team's largest residual says where the surrogate is convex. A start that all left unfinished at the same place goes
@@ -240,9 +307,13 @@ void RoundUpdates::set_weights(const Lifted& X) {
     for (Eigen::Index e = 0; e < shared_r2.size(); ++e)
       weigh(problem_.ends[e].loop, problem_.owns(problem_.ends[e]), shared_r2[e], shared_weights_[e]);
   }
-  Eigen::VectorXd edge_weights = Eigen::VectorXd::Ones(odometry_edges_ + private_weights_.size());
-  edge_weights.tail(private_weights_.size()) = private_weights_;
-  solver_->set_weights(edge_weights, 2.0 * shared_weights_);  // 2: of the majorisation
+  solver_->set_weights(edge_weights(), 2.0 * shared_weights_);  // 2: of the majorisation
+}
+
+Eigen::VectorXd RoundUpdates::edge_weights() const {
+  Eigen::VectorXd weights = Eigen::VectorXd::Ones(odometry_edges_ + private_weights_.size());
+  weights.tail(private_weights_.size()) = private_weights_;
+  return weights;
 }
 
 // Everybody combines the last updates by the same numbers, from products that all have summed.
@@ -266,8 +337,12 @@ void RoundUpdates::begin_anew() {
 
 void RoundUpdates::take_back() {
   begin_anew();
-  results_.pop_front();
-  for (auto& [robot, member] : members_) member.results.pop_front();
+  const bool coarse = coarse_phase_ == Coarse::kTaken;
+  if (coarse) coarse_phase_ = Coarse::kUseless;
+  for (int updates = coarse ? 2 : 1; updates > 0; --updates) {
+    results_.pop_front();
+    for (auto& [robot, member] : members_) member.results.pop_front();
+  }
 }
 
 void RoundUpdates::note_stage(const TeamUpdate& team, std::int64_t bytes_sent) {

@@ -20,6 +20,9 @@
 // and no message is spent on it; the lower robot owns the loop where loops are counted. They are computed where an update begins
 // (gnc_stages.h says when), and what they add to the surrogate counts as cost, which falls with every weighing and every update.
 //
+// Smooth motions. In the plane, where a stage with binary weights takes long, all go along what the nodes of coarse_step.h span after
+// every fifth update, in a message of its own; what that does not improve is taken back, and not tried again in that stage.
+//
 // Poses travel as steps from where the combination has the public keyframes, which all know (pose_steps.h), in units whose
 // rounding costs the team a small part of what the update gains. One whose loops are all rejected travels only when it has moved so far that one of them
 // might come back.
@@ -34,6 +37,7 @@
 #include "core/pgo/agreed_problem.h"
 #include "core/pgo/anderson.h"
 #include "core/pgo/block_solver.h"
+#include "core/pgo/coarse_step.h"
 #include "core/pgo/dgnc_options.h"
 #include "core/pgo/gnc_stages.h"
 #include "core/pgo/pose_steps.h"
@@ -83,6 +87,12 @@ class RoundUpdates {
   double largest_open_residual() const;
   double first_mu() const;
   void set_weights(const Lifted& X);
+  void send_update(RoundMail& mail);
+  bool wants_coarse_step() const;
+  void ask_coarse_step(RoundMail& mail);
+  void take_coarse_step(const RoundMail& mail);
+  CoarseStep::Poses newest_public() const;
+  Eigen::VectorXd edge_weights() const;
   void update(dpgo_advance_t& m);
   Lifted targets() const;
   void begin_anew();
@@ -97,6 +107,9 @@ class RoundUpdates {
   const AgreedProblem& problem_;
   DgncOptions options_;
   std::map<int, Member> members_;
+  std::optional<CoarseStep> coarse_;
+  enum class Coarse { kNone, kAsked, kTaken, kUseless } coarse_phase_ = Coarse::kNone;
+  bool hessian_due_ = true;              // its weights are new
   std::unique_ptr<BlockSolver> solver_;  // its private edges: odometry, then the private loops
   int odometry_edges_ = 0;
   std::deque<Lifted> results_;  // own poses after the last updates, newest first

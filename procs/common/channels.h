@@ -9,6 +9,7 @@
 #include <covey/dpgo_advance_t.hpp>
 #include <covey/dpgo_alignment_t.hpp>
 #include <covey/dpgo_beacon_t.hpp>
+#include <covey/dpgo_coarse_t.hpp>
 #include <covey/dpgo_graph_t.hpp>
 #include <covey/dpgo_join_t.hpp>
 #include <covey/dpgo_keyframes_t.hpp>
@@ -118,6 +119,7 @@ inline constexpr RadioChannel<dpgo_keys_t> kDpgoKeys{"DPGO_KEYS", radio::Module:
 inline constexpr RadioChannel<dpgo_keyframes_t> kDpgoStart{"DPGO_START", radio::Module::kDpgo, true};
 inline constexpr RadioChannel<dpgo_alignment_t> kDpgoAlignment{"DPGO_ALIGNMENT", radio::Module::kDpgo, true};
 inline constexpr RadioChannel<dpgo_advance_t> kDpgoAdvance{"DPGO_ADVANCE", radio::Module::kDpgo, true};
+inline constexpr RadioChannel<dpgo_coarse_t> kDpgoCoarse{"DPGO_COARSE", radio::Module::kDpgo, true};
 inline constexpr RadioChannel<dpgo_graph_t> kDpgoGraph{"DPGO_GRAPH", radio::Module::kDpgo, true};
 inline constexpr RadioChannel<dpgo_poses_t> kDpgoPoses{"DPGO_POSES", radio::Module::kDpgo, true};
 // Passed on: as the message itself would travel.
@@ -139,9 +141,9 @@ inline constexpr RadioChannel<lcd_loop_t> kLcdLoop{"LCD_LOOP", radio::Module::kG
 
 // Every radio channel. radio_bridge lets nothing else cross.
 inline constexpr std::tuple kRadioChannels{
-    kDpgoBeacon,    kDpgoNeighbours, kDpgoRound, kDpgoRequest, kDpgoJoin,  kDpgoKeys,       kDpgoStart,
-    kDpgoAlignment, kDpgoAdvance,    kDpgoGraph, kDpgoPoses,   kDpgoRelay, kDpgoRelayRound, kLcdInventory,
-    kLcdBag,        kLcdRequest,     kLcdMore,   kLcdFrame,    kLcdLoop};
+    kDpgoBeacon,    kDpgoNeighbours, kDpgoRound,  kDpgoRequest, kDpgoJoin,  kDpgoKeys,  kDpgoStart,
+    kDpgoAlignment, kDpgoAdvance,    kDpgoCoarse, kDpgoGraph,   kDpgoPoses, kDpgoRelay, kDpgoRelayRound,
+    kLcdInventory,  kLcdBag,         kLcdRequest, kLcdMore,     kLcdFrame,  kLcdLoop};
 
 // The same without the types.
 const radio::TreatmentTable& radio_table();

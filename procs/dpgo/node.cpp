@@ -61,6 +61,7 @@ DpgoNode::DpgoNode(Process& process)
   listen(kDpgoStart);
   listen(kDpgoAlignment);
   listen(kDpgoAdvance);
+  listen(kDpgoCoarse);
   listen(kDpgoGraph);
   listen(kDpgoPoses);
   listen(kDpgoRelay);
@@ -150,6 +151,7 @@ void DpgoNode::publish_outgoing() {
     void operator()(const dpgo_keyframes_t& m) { bus.publish(kDpgoStart, m); }
     void operator()(const dpgo_alignment_t& m) { bus.publish(kDpgoAlignment, m); }
     void operator()(const dpgo_advance_t& m) { bus.publish(kDpgoAdvance, m); }
+    void operator()(const dpgo_coarse_t& m) { bus.publish(kDpgoCoarse, m); }
     void operator()(const dpgo_graph_t& m) { bus.publish(kDpgoGraph, m); }
     void operator()(const dpgo_poses_t& m) { bus.publish(kDpgoPoses, m); }
     void operator()(const dpgo_relay_t& m) {

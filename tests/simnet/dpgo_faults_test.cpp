@@ -49,6 +49,24 @@ TEST_CASE("loss, delay, doubles and disorder change nothing in the result") {
                     solve({.loss = 0.4, .delay_us = 50'000, .jitter_us = 400'000, .duplicate = 0.3}, 3));
 }
 
+// A team that is told that it drives in the plane, and goes along smooth motions as soon as weights are binary.
+std::map<int, RoundResult> solve_planar(LinkFaults faults, std::uint64_t seed) {
+  Team team(small_graph(), faults, seed, 8 * kSecond);
+  DgncOptions planar;
+  planar.alignment.dimension = 2;
+  planar.coarse_after = 1;
+  for (const int robot : {0, 1, 2}) team.start(robot, planar);
+  team.feed_all();
+  REQUIRE(team.run_until_solved(600 * kSecond));
+  REQUIRE(team.said().count("dpgo_coarse_t") == 1);
+  return team.results();
+}
+
+TEST_CASE("nor do they where a planar team takes steps along smooth motions") {
+  const auto perfect = solve_planar({}, 1);
+  require_identical(perfect, solve_planar({.loss = 0.3, .delay_us = 50'000, .jitter_us = 200'000}, 2));
+}
+
 TEST_CASE("agents reach what the solver without a network reaches") {
   const DistributedResult direct = solve_distributed(small_graph());
   const auto over_the_air = solve({}, 1);

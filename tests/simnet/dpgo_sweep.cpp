@@ -22,6 +22,7 @@ namespace {
 constexpr int kKeyframes = 24;
 constexpr int kWorlds = 5;
 constexpr Utime kLimit = 3000 * kSecond;
+constexpr int kMostLooks = 15;         // a second each, at who is named as apart
 constexpr Utime kQuiet = 8 * kSecond;  // longer than it takes to notice that a robot is away
 constexpr double kCostError = 1e-3;
 constexpr double kFarM = 0.5;
@@ -197,6 +198,12 @@ class Run {
     const auto relayed = team_.said().find("dpgo_relay_t");
     run.relayed = relayed == team_.said().end() ? 0 : relayed->second;
     run.failure = quiet ? wrong_end(run) : "no end: " + where_it_stands();
+    for (int looks = 1; quiet && run.failure.empty(); ++looks) {
+      run.failure = wrong_names(run);
+      if (run.failure.empty() || looks == kMostLooks) break;
+      run.failure.clear();
+      team_.run_for(kSecond);
+    }
     if (run.failure.empty()) run.failure = wrong_frame();
     return run;
   }
@@ -289,7 +296,6 @@ class Run {
                            fmt::join(expected, " "));
       }
       if (auto failure = wrong_cost(result, together, run); !failure.empty()) return failure;
-      if (auto failure = wrong_names(robot, reached, together, run); !failure.empty()) return failure;
     }
     return "";
   }
@@ -306,6 +312,16 @@ class Run {
     if (error <= kCostError) return "";
     return fmt::format("robots {} end at cost {:.6g}, without loss at {:.6g}", fmt::join(together, " "), cost,
                        expected);
+  }
+  // To be asked again: over two hops of a chain that loses two messages of five, five seconds are silent now and then.
+  std::string wrong_names(SweepRun& run) {
+    for (const int robot : team_.running()) {
+      const RoundResult& result = team_.results().at(robot);
+      const Robots together(result.robots.begin(), result.robots.end());
+      const Robots reached = links_.reached(robot, team_.running());
+      if (auto failure = wrong_names(robot, reached, together, run); !failure.empty()) return failure;
+    }
+    return "";
   }
   std::string wrong_names(int robot, const Robots& reached, const Robots& together, SweepRun& run) {
     const DgncAgent& agent = team_.agent(robot);

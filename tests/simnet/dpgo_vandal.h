@@ -60,6 +60,11 @@ class Vandal {
     return m;
   }
 
+  AgentMessage operator()(dpgo_coarse_t m) {
+    hit({[&] { scratch(m.gradient); }, [&] { scratch(m.rows); }, [&] { scratch(m.columns); },
+         [&] { scratch(m.values); }});
+    return m;
+  }
   AgentMessage operator()(dpgo_relay_t m) {
     hit({[&] { scratch(m.message); }, [&] { m.origin = whole(); }, [&] { m.hops = whole(); }});
     return m;
