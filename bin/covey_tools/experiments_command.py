@@ -28,7 +28,7 @@ exit codes: 0 done, whatever the claims came to; 1 something could not be measur
 
 
 _SPECIAL = {"graph": [], "motion": None, "sequences": [], "seconds": None, "cache": recordings.DEFAULT_CACHE,
-            "resume": False}  # and unset
+            "light": False, "resume": False}  # and unset
 _last_said = 0.0  # s, of a line of progress
 
 
@@ -76,6 +76,7 @@ def _parse(arguments):
     add("--sequences", type=lambda text: text.split(","), metavar="A,B", default=[],
         help="vio: only these; what a name begins with will do")
     add("--motion", metavar="DIR", help="vio: fly what is in this folder, SEQUENCE/{imu0,groundtruth}.csv.gz (default DATA/euroc/motion)")
+    add("--light", action="store_true", help="vio: rendered with a vignette, brightness that wanders, and motion blur (configs/robots/euroc_light.yaml)")
     add("--seconds", type=_positive, metavar="S", help="vio: of each sequence at most (default: all); loops: of town (default 300, with --quick 45); consistency: of town (default 65, with --quick 20)")
     add("--cache", default=recordings.DEFAULT_CACHE, metavar="DIR", help="vio, consistency, loops: keeps sensor data, 15 MB a second, or 2 MB with loops (default out/cache)")
     add("--seed", type=int, default=1, help="the first of the seeds (default 1)")
@@ -138,6 +139,7 @@ def _machine():
 def _origin(options, facts, seconds):
     words = ["bin/experiments", options.name, *(["--quick"] if options.quick else []), *(f"--graph {name}" for name in options.graph)]
     words += [f"--sequences {','.join(options.sequences)}"] if options.sequences else []
+    words += ["--light"] if options.light else []
     words += [f"--seconds {options.seconds:g}"] if options.seconds else []
     what = " ".join(words)
     return (f"\nMeasured by `{what}` at commit {facts['commit'] or 'unknown'} on {facts['machine']}: {len(facts['rows'])} rows in "

@@ -3,7 +3,7 @@
 
     CACHE/<world>-<robots>x<seconds>s-seed<K>/<key>/robot<i>.lcm    IMU, STEREO and DEPTH of a robot
                                                     truth/          poses, the world's mesh, radio contacts
-    CACHE/flight-<sequence>-<seconds>s-seed<K>/<key>/...            the same of one recorded flight, without DEPTH
+    CACHE/flight-<sequence>-<seconds>s-<configuration>-seed<K>/<key>/...   the same of one recorded flight, without DEPTH
     CACHE/<world>-<robots>x<seconds>s-seed<K>-keyframes/<key>/      pictures of keyframes alone, which bench_place makes
 
 The key is a hash of all that decides their bytes: the simulator and what it reads. A file appears under its name when it
@@ -119,7 +119,8 @@ def prepare_flights(folders, seconds, seed, config, cache, say):
             name = os.path.basename(folder)
             length = f"{seconds:g}s" if seconds else "all"
             key = _key(simulator, arguments, config, folder)
-            recording = recordings[folder] = _open(os.path.join(cache, f"flight-{name}-{length}-seed{seed}"), key, 1, cache)
+            family = f"flight-{name}-{length}-{os.path.splitext(os.path.basename(config))[0]}-seed{seed}"
+            recording = recordings[folder] = _open(os.path.join(cache, family), key, 1, cache)
             own = [_Job(f"{name}'s truth", [simulator, *arguments], "--truth", recording.truth(), belongs_to=folder),
                    _Job(name, [simulator, *arguments], "--log", recording.log(0), belongs_to=folder)]
             if not _complete(own):

@@ -39,11 +39,13 @@ viewer::Camera view_of(const PinholeCamera& camera, const SE3& T_W_C, double nea
 
 struct GreyCamera {
   Lens lens;
+  Exposure exposure;
   SE3 T_B_C;
 };
 
-GreyCamera make_grey(const MountedCamera& mounted, double scale) {
-  return {Lens(mounted.camera, scale), mounted.T_B_C};
+GreyCamera make_grey(const MountedCamera& mounted, const CameraOptions& options) {
+  return {Lens(mounted.camera, options.view_scale), Exposure(mounted.camera, options.exposure, options.seed),
+          mounted.T_B_C};
 }
 
 // Beside a jump in depth. On a plane 1 / z is linear in the pixel, however slanted it is: what jumps has a second difference.
@@ -74,6 +76,11 @@ void read_cameras(ConfigSection& section, CameraOptions& options) {
   }
   section.read("read_noise", options.read_noise, 0.0, 50.0);
   section.read("shot_noise", options.shot_noise, 0.0, 5.0);
+  section.read("vignette", options.exposure.vignette, 0.0, 0.95);
+  section.read("exposure_stops", options.exposure.stops, 0.0, 5.0);
+  section.read("exposure_period_s", options.exposure.period_s, 0.1, 1000.0);
+  section.read("shutter_s", options.exposure.open_s, 0.0, 0.05);
+  section.read("shutter_steps", options.exposure.steps, 2, 50);
   section.read("depth_noise_m", options.depth_noise_m, 0.0, 1.0);
   section.read("depth_edge_dropout", options.depth_edge_dropout, 0.0, 1.0);
   section.read("wrong_labels", options.wrong_labels, 0.0, 1.0);
@@ -86,8 +93,8 @@ struct SensorCameras::Parts {
       : rig(rig_given),
         options(options_given),
         classes(classes_of(world.mesh)),
-        left(make_grey(rig.left, options.view_scale)),
-        right(rig.right ? std::optional(make_grey(*rig.right, options.view_scale)) : std::nullopt),
+        left(make_grey(rig.left, options)),
+        right(rig.right ? std::optional(make_grey(*rig.right, options)) : std::nullopt),
         noise(options.read_noise, options.shot_noise),
         scene(renderer.context(), world.mesh, world.textures) {}
 
@@ -96,14 +103,30 @@ struct SensorCameras::Parts {
                             static_cast<std::uint64_t>(use)));
   }
 
-  std::vector<std::uint8_t> picture(const GreyCamera& camera, const SE3& T_W_B, Random random_numbers) {
+  // The mean of what is seen from the poses.
+  void draw(const GreyCamera& camera, std::span<const SE3> T_W_B) {
     constexpr double kNear = 0.1;
     constexpr double kFar = 200.0;
-    renderer.draw_grey(scene, view_of(camera.lens.ideal(), T_W_B * camera.T_B_C, kNear, kFar),
-                       options.samples, kGreySky, ideal_view);
+    std::vector<std::uint32_t> sums;
+    for (const SE3& pose : T_W_B) {
+      renderer.draw_grey(scene, view_of(camera.lens.ideal(), pose * camera.T_B_C, kNear, kFar),
+                         options.samples, kGreySky, ideal_view);
+      if (T_W_B.size() == 1) return;
+      sums.resize(ideal_view.size());
+      for (std::size_t i = 0; i < sums.size(); ++i) sums[i] += ideal_view[i];
+    }
+    const auto count = static_cast<std::uint32_t>(T_W_B.size());
+    for (std::size_t i = 0; i < sums.size(); ++i)
+      ideal_view[i] = static_cast<std::uint8_t>((sums[i] + count / 2) / count);
+  }
+
+  std::vector<std::uint8_t> picture(const GreyCamera& camera, std::span<const SE3> T_W_B, Utime utime,
+                                    Random random_numbers) {
+    draw(camera, T_W_B);
     std::vector<std::uint8_t> pixels(
         static_cast<std::size_t>(camera.lens.camera().width * camera.lens.camera().height));
     camera.lens.distort(ideal_view, pixels);
+    camera.exposure.apply(utime, pixels);
     noise.add(random_numbers, pixels);
     return pixels;
   }
@@ -172,15 +195,17 @@ SensorCameras::SensorCameras(const MeshWorld& world, const Rig& rig, const Camer
 
 SensorCameras::~SensorCameras() = default;
 
-stereo_t SensorCameras::stereo(const SE3& T_W_B, Utime utime) {
+const CameraOptions& SensorCameras::options() const { return parts_->options; }
+
+stereo_t SensorCameras::stereo(std::span<const SE3> T_W_B, Utime utime) {
   stereo_t message{};
   message.utime = utime;
   message.width = parts_->rig.left.camera.width;
   message.height = parts_->rig.left.camera.height;
-  message.left = parts_->picture(parts_->left, T_W_B, parts_->random(utime, Use::kLeft));
+  message.left = parts_->picture(parts_->left, T_W_B, utime, parts_->random(utime, Use::kLeft));
   message.n_left = static_cast<std::int32_t>(message.left.size());
   if (parts_->right)
-    message.right = parts_->picture(*parts_->right, T_W_B, parts_->random(utime, Use::kRight));
+    message.right = parts_->picture(*parts_->right, T_W_B, utime, parts_->random(utime, Use::kRight));
   message.n_right = static_cast<std::int32_t>(message.right.size());
   return message;
 }

@@ -3,8 +3,8 @@
 
 // The cameras of a rig in a simulated world.
 //
-// Stereo: grey pictures as the lenses give them (radial-tangential distortion), with photon and read-out noise. An ideal pinhole view is
-// drawn and then pulled through the lens.
+// Stereo: grey pictures as the lenses give them (radial-tangential or fisheye), with photon and read-out noise and, if so wished, vignette, wandering
+// brightness and motion blur (exposure.h). An ideal pinhole view is drawn and then pulled through the lens.
 // Depth: along the optical axis of an ideal pinhole, in mm, with the noise of stereo matching (sigma grows with z^2), without values
 // nearer than near_m, beyond far_m and, often, where one thing hides another; classes of world.mesh.labels, some blocks of them wrong if
 // so wished; colour. Labels and colour are registered to the depth's pixels.
@@ -16,11 +16,13 @@
 #include <covey/stereo_t.hpp>
 #include <cstdint>
 #include <memory>
+#include <span>
 
 #include "core/base/config.h"
 #include "core/base/time.h"
 #include "core/geometry/rig.h"
 #include "core/geometry/se3.h"
+#include "core/sim/exposure.h"
 #include "core/sim/mesh_world.h"
 
 namespace covey::sim {
@@ -32,6 +34,7 @@ struct CameraOptions {
   int samples = 1;          // per pixel of the ideal view: 1 or 4
   double read_noise = 1.2;  // grey levels
   double shot_noise = 0.1;  // grey levels per square root of the grey level
+  ExposureOptions exposure = {};
 
   double depth_noise_m = 0.002;     // sigma at 1 m; grows with the square of depth
   double depth_edge_dropout = 0.7;  // share of the pixels beside a jump in depth that have no value
@@ -50,7 +53,10 @@ class SensorCameras {
   ~SensorCameras();
 
   // The right picture is empty where the rig has none.
-  stereo_t stereo(const SE3& T_W_B, Utime utime);
+  stereo_t stereo(const SE3& T_W_B, Utime utime) { return stereo(std::span(&T_W_B, 1), utime); }
+  // Blurred over several poses, those at open_times.
+  stereo_t stereo(std::span<const SE3> T_W_B, Utime utime);
+  const CameraOptions& options() const;
   // The rig has a depth camera.
   depth_t depth(const SE3& T_W_B, Utime utime);
 

@@ -10,7 +10,9 @@
 namespace covey {
 namespace {
 
-constexpr double kHardly = 0.1;  // of the tracks: fewer are found again where a picture shows nothing
+// Of the tracks that are found again: fewer, where a picture shows nothing; more, where it goes on with the one before.
+constexpr double kHardly = 0.1;
+constexpr double kMost = 0.5;
 
 cv::Mat wrap(std::span<const std::uint8_t> bytes, int width, int height) {
   return {height, width, CV_8UC1,
@@ -18,6 +20,10 @@ cv::Mat wrap(std::span<const std::uint8_t> bytes, int width, int height) {
 }
 
 cv::Point2f to_cv(const Eigen::Vector2d& p) { return {static_cast<float>(p.x()), static_cast<float>(p.y())}; }
+
+bool are_more(const auto& found, double share, const auto& tracks) {
+  return static_cast<double>(found.size()) > share * static_cast<double>(tracks.size());
+}
 
 std::vector<cv::Point2f> pixels_of(const auto& tracks) {
   std::vector<cv::Point2f> pixels;
@@ -35,6 +41,7 @@ FrontEndOptions read_front_end_options(ConfigSection& section) {
   section.read("motion_px", options.motion_px, 0.2, 50.0);
   section.read("refill_frames", options.refill_frames, 1, 100);
   section.read("passed_over_s", options.passed_over_s, 0.0, 2.0);
+  section.read("remembered_s", options.remembered_s, 0.0, 10.0);
   section.read("search_frames", options.search_frames, 1, 100);
   section.read("window_px", options.flow.window_px, 5, 51);
   section.read("levels", options.flow.levels, 2, 8);
@@ -73,87 +80,102 @@ const char* StereoFrontEnd::refuse(const StereoPictures& pictures) const {
 FrontEndFrame StereoFrontEnd::process(const StereoPictures& pictures, const SO3& R_prev_cur) {
   COVEY_CHECK(refuse(pictures) == nullptr);
   FrontEndFrame frame;
-  const cv::Mat left_picture = wrap(pictures.left, pictures.width, pictures.height);
-  ImagePyramid left = build_pyramid(left_picture, options_.flow);
   frame.tracks.utime = pictures.utime;
-  bool followed = false;
-  if (!left_.empty()) {
-    std::vector<Track> before = tracks_;
-    follow(left, R_prev_cur.inverse(), frame);
-    followed = static_cast<double>(frame.tracked) > kHardly * static_cast<double>(before.size());
-    if (!followed && passes_over(pictures.utime)) {
-      tracks_ = std::move(before);
-      return frame;
-    }
+  View now{pictures.utime,
+           build_pyramid(wrap(pictures.left, pictures.width, pictures.height), options_.flow),
+           {},
+           false};
+  if (before_) {
+    now.tracks = follow(*before_, R_prev_cur.inverse(), now.left);
+    now.followed = are_more(now.tracks, kHardly, before_->tracks);
+    if (!now.followed && !remembered_ && passes_over(pictures.utime)) return frame;
+    go_on_with_remembered(R_prev_cur, now);
   }
-  add_corners(left);
-  for (const Track& track : tracks_) {
+  frame.tracked = static_cast<int>(now.tracks.size());
+  add_corners(now);
+  for (const Track& track : now.tracks) {
     frame.tracks.tracks.push_back({track.id, track.m, std::nullopt, options_.sigma_px / camera_.fx});
   }
   if (matcher_ && !pictures.right.empty()) {
-    match_right(left, wrap(pictures.right, pictures.width, pictures.height), frame);
+    match_right(wrap(pictures.right, pictures.width, pictures.height), now, frame);
   }
-  left_ = std::move(left);
-  left_utime_ = pictures.utime;
-  left_followed_ = followed;
+  before_ = std::move(now);
   return frame;
 }
 
 // A picture that shows none of the tracks, where the one before it did not begin them itself: noise has corners, too.
 bool StereoFrontEnd::passes_over(Utime utime) const {
-  return left_followed_ && std::abs(to_seconds(utime - left_utime_)) < options_.passed_over_s;
+  return before_->followed && std::abs(to_seconds(utime - before_->utime)) < options_.passed_over_s;
+}
+
+// Noise follows noise, but not with most of its tracks: until those go on, the view before it all began may do better.
+void StereoFrontEnd::go_on_with_remembered(const SO3& R_prev_now, View& now) {
+  R_remembered_before_ = R_remembered_before_ * R_prev_now;
+  const bool surely = are_more(now.tracks, kMost, before_->tracks);
+  if (surely || (remembered_ && to_seconds(now.utime - remembered_->utime) > options_.remembered_s)) {
+    remembered_.reset();
+  } else if (remembered_) {
+    auto tracks = follow(*remembered_, R_remembered_before_.inverse(), now.left);
+    if (tracks.size() <= now.tracks.size()) return;
+    now.followed = are_more(tracks, kHardly, remembered_->tracks);
+    now.tracks = std::move(tracks);
+  } else if (!now.followed && before_->followed) {
+    remembered_ = std::move(before_);
+    R_remembered_before_ = R_prev_now;
+  }
 }
 
 std::optional<Utime> StereoFrontEnd::compared_with() const {
-  return left_.empty() ? std::nullopt : std::optional(left_utime_);
+  return before_ ? std::optional(before_->utime) : std::nullopt;
 }
 
 bool StereoFrontEnd::repeats(const StereoPictures& pictures) const {
-  if (left_.empty()) return false;
-  const cv::Mat& before = left_.picture(0);
+  if (!before_) return false;
+  const cv::Mat& left = before_->left.picture(0);
   const auto width = static_cast<std::size_t>(pictures.width);
   for (int row = 0; row < pictures.height; ++row) {
-    if (std::memcmp(before.ptr(row), &pictures.left[static_cast<std::size_t>(row) * width], width) != 0)
+    if (std::memcmp(left.ptr(row), &pictures.left[static_cast<std::size_t>(row) * width], width) != 0)
       return false;
   }
   return true;
 }
 
-// tracks_ from the frame before to this one.
-void StereoFrontEnd::follow(const ImagePyramid& left, const SO3& R_cur_prev, FrontEndFrame& frame) {
+// The tracks of an earlier view that go on in this picture.
+std::vector<StereoFrontEnd::Track> StereoFrontEnd::follow(const View& then, const SO3& R_now_then,
+                                                          const ImagePyramid& left) const {
   std::vector<cv::Point2f> start;
-  for (const Track& track : tracks_) {
-    const auto expected = camera_.project(R_cur_prev * track.m.homogeneous());
+  for (const Track& track : then.tracks) {
+    const auto expected = camera_.project(R_now_then * track.m.homogeneous());
     start.push_back(expected ? to_cv(*expected) : track.pixel);
   }
   const auto found =
-      track_points(left_, left, pixels_of(tracks_), start, options_.flow.levels, options_.flow);
+      track_points(then.left, left, pixels_of(then.tracks), start, options_.flow.levels, options_.flow);
   std::vector<Track> before;
-  std::vector<Track> now;
-  for (std::size_t i = 0; i < tracks_.size(); ++i) {
+  std::vector<Track> after;
+  for (std::size_t i = 0; i < then.tracks.size(); ++i) {
+    const Track& track = then.tracks[i];
     const auto m = found[i] ? camera_.undistort({found[i]->x, found[i]->y}) : std::nullopt;
     if (!m) continue;
-    before.push_back(tracks_[i]);
-    now.push_back({tracks_[i].id, *found[i], *m, tracks_[i].inverse_depth, tracks_[i].search_in});
+    before.push_back(track);
+    after.push_back({track.id, *found[i], *m, track.inverse_depth, track.search_in});
   }
-  tracks_ = std::move(now);
-  check_motion(before, R_cur_prev);
-  thin_out();
-  frame.tracked = static_cast<int>(tracks_.size());
+  return thin_out(check_motion(before, std::move(after), R_now_then));
 }
 
 // Drops what moved otherwise than the scene, and takes the depths over into this frame.
-void StereoFrontEnd::check_motion(const std::vector<Track>& before, const SO3& R_cur_prev) {
+std::vector<StereoFrontEnd::Track> StereoFrontEnd::check_motion(const std::vector<Track>& before,
+                                                                std::vector<Track> now,
+                                                                const SO3& R_now_before) const {
   std::vector<TrackFlow> flows;
-  for (std::size_t i = 0; i < tracks_.size(); ++i) {
-    flows.push_back({before[i].m, tracks_[i].m, before[i].inverse_depth});
+  for (std::size_t i = 0; i < now.size(); ++i) {
+    flows.push_back({before[i].m, now[i].m, before[i].inverse_depth});
   }
-  const auto motion = estimate_frame_motion(flows, R_cur_prev, motion_);
-  if (!motion) return;
+  const auto motion = estimate_frame_motion(flows, R_now_before, motion_);
+  if (!motion) return now;
   std::vector<Track> kept;
-  for (std::size_t i = 0; i < tracks_.size(); ++i) {
+  for (std::size_t i = 0; i < now.size(); ++i) {
     if (!motion->inliers[i]) continue;
-    Track track = tracks_[i];
+    Track track = now[i];
     if (track.inverse_depth) {
       const SE3& T = motion->T_cur_prev;
       const double depth_ratio =
@@ -162,50 +184,51 @@ void StereoFrontEnd::check_motion(const std::vector<Track>& before, const SO3& R
     }
     kept.push_back(track);
   }
-  tracks_ = std::move(kept);
+  return kept;
 }
 
 // Two tracks on one spot say the same twice: the older one stays.
-void StereoFrontEnd::thin_out() {
+std::vector<StereoFrontEnd::Track> StereoFrontEnd::thin_out(const std::vector<Track>& tracks) const {
   const double closest = 0.5 * options_.corners.min_distance_px;
   std::vector<Track> kept;
-  for (const Track& track : tracks_) {
+  for (const Track& track : tracks) {
     const bool crowded = std::any_of(kept.begin(), kept.end(), [&](const Track& other) {
       const cv::Point2f d = other.pixel - track.pixel;
       return d.dot(d) < closest * closest;
     });
     if (!crowded) kept.push_back(track);
   }
-  tracks_ = std::move(kept);
+  return kept;
 }
 
-void StereoFrontEnd::add_corners(const ImagePyramid& left) {
-  const bool few = 2 * static_cast<int>(tracks_.size()) < options_.tracks;
+void StereoFrontEnd::add_corners(View& now) {
+  const bool few = 2 * static_cast<int>(now.tracks.size()) < options_.tracks;
   if (++since_corners_ < options_.refill_frames && !few) return;
   since_corners_ = 0;
-  for (const cv::Point2f& pixel : detect_corners(left.picture(0), pixels_of(tracks_), options_.corners)) {
-    if (static_cast<int>(tracks_.size()) >= options_.tracks) break;
+  for (const cv::Point2f& pixel :
+       detect_corners(now.left.picture(0), pixels_of(now.tracks), options_.corners)) {
+    if (static_cast<int>(now.tracks.size()) >= options_.tracks) break;
     const auto m = camera_.undistort({pixel.x, pixel.y});
     if (!m) continue;
-    tracks_.push_back({next_id_++, pixel, *m, std::nullopt, 0});
+    now.tracks.push_back({next_id_++, pixel, *m, std::nullopt, 0});
   }
 }
 
-void StereoFrontEnd::match_right(const ImagePyramid& left, const cv::Mat& right, FrontEndFrame& frame) {
+void StereoFrontEnd::match_right(const cv::Mat& right, View& now, FrontEndFrame& frame) {
   std::vector<StereoQuery> queries;
   std::vector<std::size_t> asked;
-  for (std::size_t i = 0; i < tracks_.size(); ++i) {
-    Track& track = tracks_[i];
+  for (std::size_t i = 0; i < now.tracks.size(); ++i) {
+    Track& track = now.tracks[i];
     if (!track.inverse_depth && track.search_in-- > 0) continue;
     track.search_in = options_.search_frames - 1;
     queries.push_back({track.pixel, track.m, track.inverse_depth});
     asked.push_back(i);
   }
-  const auto matches = matcher_->match(left, build_pyramid(right, options_.flow), queries, options_.flow);
+  const auto matches = matcher_->match(now.left, build_pyramid(right, options_.flow), queries, options_.flow);
   for (std::size_t k = 0; k < matches.size(); ++k) {
     if (!matches[k]) continue;
     frame.tracks.tracks[asked[k]].right = matches[k]->m;
-    tracks_[asked[k]].inverse_depth = std::max(0.0, matches[k]->inverse_depth);
+    now.tracks[asked[k]].inverse_depth = std::max(0.0, matches[k]->inverse_depth);
     ++frame.matched;
   }
 }

@@ -9,9 +9,9 @@
 //   4. tracks are matched with the right picture, from the depth that they had or by a search (stereo_matcher.h); where a search finds nothing the
 //      next one comes some frames later.
 //
-// Pictures that show nothing (black, white, covered) are passed over: the next ones are compared with those before, for a few tenths of a second; then all
-// tracks end and new ones begin. Without a right picture tracks go on, and keep the depth
-// that they had for step 2. The same pictures and rotations give the same tracks.
+// Pictures that show nothing (black, white, covered) are passed over: the next ones are compared with those before, for a few tenths of a second; then new
+// tracks begin. The picture before is remembered for longer: one that does not go on with the new tracks may go on with those of then. Without a
+// right picture tracks go on, and keep the depth that they had for step 2. The same pictures and rotations give the same tracks.
 
 #include <opencv2/core.hpp>
 #include <optional>
@@ -34,7 +34,8 @@ struct FrontEndOptions {
   double motion_px = 2.0;      // farthest from where the still scene would be
   int refill_frames = 3;       // new corners are looked for that often
   int search_frames = 5;       // and tracks without a match searched for in the right picture
-  double passed_over_s = 0.3;  // of pictures that show nothing; then all tracks end
+  double passed_over_s = 0.3;  // of pictures that show nothing; then new tracks begin
+  double remembered_s = 3.0;   // of such pictures, after which the old ones may go on
   FlowOptions flow;
   CornerOptions corners;
   StereoOptions stereo;
@@ -80,21 +81,29 @@ class StereoFrontEnd {
     int search_in = 0;                    // frames until the right picture is searched for it
   };
 
-  void follow(const ImagePyramid& left, const SO3& R_cur_prev, FrontEndFrame& frame);
+  struct View {
+    Utime utime = 0;
+    ImagePyramid left;
+    std::vector<Track> tracks;  // by rising id
+    bool followed = false;      // it shows tracks of an earlier one
+  };
+
+  std::vector<Track> follow(const View& then, const SO3& R_now_then, const ImagePyramid& left) const;
+  void go_on_with_remembered(const SO3& R_prev_now, View& now);
   bool passes_over(Utime utime) const;
-  void check_motion(const std::vector<Track>& before, const SO3& R_cur_prev);
-  void thin_out();
-  void add_corners(const ImagePyramid& left);
-  void match_right(const ImagePyramid& left, const cv::Mat& right, FrontEndFrame& frame);
+  std::vector<Track> check_motion(const std::vector<Track>& before, std::vector<Track> now,
+                                  const SO3& R_now_before) const;
+  std::vector<Track> thin_out(const std::vector<Track>& tracks) const;
+  void add_corners(View& now);
+  void match_right(const cv::Mat& right, View& now, FrontEndFrame& frame);
 
   PinholeCamera camera_;
   FrontEndOptions options_;
   FrameMotionOptions motion_;
   std::optional<StereoMatcher> matcher_;
-  ImagePyramid left_;  // of the frame before
-  Utime left_utime_ = 0;
-  bool left_followed_ = false;  // it showed tracks of the one before it
-  std::vector<Track> tracks_;   // by rising id
+  std::optional<View> before_;
+  std::optional<View> remembered_;  // the last one before pictures began to show nothing, until they go on
+  SO3 R_remembered_before_;
   std::int64_t next_id_ = 0;
   int since_corners_ = 0;  // frames since new corners were looked for
 };

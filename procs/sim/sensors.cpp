@@ -2,6 +2,7 @@
 #include "procs/sim/sensors.h"
 
 #include <algorithm>
+#include <vector>
 
 #include "procs/sim/interrupt.h"
 #include "procs/sim/progress.h"
@@ -20,6 +21,13 @@ imu_t to_message(const ImuSample& sample) {
   return message;
 }
 
+std::vector<SE3> poses_while_open(const sim::Ride& ride, const sim::ExposureOptions& exposure, Utime utime) {
+  std::vector<SE3> poses;
+  for (const Utime time : sim::open_times(exposure, utime))
+    poses.push_back(ride.motion.at(std::clamp(time, ride.motion.begin, ride.motion.end)).T_W_B);
+  return poses;
+}
+
 }  // namespace
 
 void run_sensors(const sim::Ride& ride, sim::SensorCameras* cameras, bool has_depth, SensorSink& sink) {
@@ -31,7 +39,8 @@ void run_sensors(const sim::Ride& ride, sim::SensorCameras* cameras, bool has_de
     if (cameras && sample.utime >= next_stereo) {
       throw_if_interrupted();
       progress.show(to_seconds(next_stereo - begin));
-      sink.write(cameras->stereo(ride.motion.at(next_stereo).T_W_B, next_stereo));
+      sink.write(
+          cameras->stereo(poses_while_open(ride, cameras->options().exposure, next_stereo), next_stereo));
       next_stereo += kStereoEveryUs;
     }
     if (cameras && has_depth && sink.wants_depth() && sample.utime >= next_depth) {

@@ -278,7 +278,7 @@ class Vio(Folder, unittest.TestCase):
             self.assertTrue(os.path.exists(self.path("out", picture)))
 
         # Again: nothing is rendered, and the odometry is the same.
-        family = self.path("cache", "flight-circle-6s-seed1")
+        family = self.path("cache", "flight-circle-6s-euroc-seed1")
         log = os.path.join(family, next(name for name in os.listdir(family) if not name.endswith(".lock")), "robot0.lcm")
         made = os.path.getmtime(log)
         again = self.run_vio("--motion", self.path("flights", "circle"), "--seconds", "6")

@@ -254,6 +254,78 @@ TEST_CASE("a frame is the same bytes whatever was drawn before it, and another w
   CHECK(other.depth(T_W_B, 1000).depth_mm != depth.depth_mm);
 }
 
+TEST_CASE("corners are darker, brightness wanders with the seed's phase, and motion smears along its way") {
+  const MeshWorld world = chessboard_world({{SO3(), Vector3d(0, 0, 2)}}, Label::kWall);
+  const Rig rig = lens_rig();
+  const std::vector<std::uint8_t> plain = SensorCameras(world, rig, without_noise()).stereo(SE3{}, 1).left;
+  const auto sum = [](const std::vector<std::uint8_t>& picture) {
+    double total = 0.0;
+    for (const std::uint8_t grey : picture) total += grey;
+    return total / static_cast<double>(picture.size());
+  };
+
+  CameraOptions dim = without_noise();
+  dim.exposure.vignette = 0.5;
+  const auto dimmed = SensorCameras(world, rig, dim).stereo(SE3{}, 1).left;
+  CHECK(std::abs(dimmed[0] - 0.5 * plain[0]) < 1.0);
+  const std::size_t middle = 240UL * 752 + 376;
+  CHECK(std::abs(dimmed[middle] - plain[middle]) <= 1);
+
+  CameraOptions wander = without_noise();
+  wander.exposure.stops = 1.0;
+  wander.exposure.period_s = 8.0;
+  SensorCameras cameras(world, rig, wander);
+  double darkest = 1e3;
+  double brightest = 0.0;
+  for (Utime t = 0; t < 8; ++t) {
+    const double level = sum(cameras.stereo(SE3{}, t * kUsPerSecond).left);
+    darkest = std::min(darkest, level);
+    brightest = std::max(brightest, level);
+  }
+  CHECK(darkest < 0.6 * sum(plain));
+  CHECK(brightest > 1.2 * sum(plain));  // white is clipped
+
+  ExposureOptions open;
+  CHECK(open_times(open, 7) == std::vector<Utime>{7});
+  open.open_s = 0.01;
+  open.steps = 2;
+  CHECK(open_times(open, 100'000) == std::vector<Utime>{97'500, 102'500});
+  SensorCameras blurring(world, rig, without_noise());
+  const std::vector<SE3> way = {{SO3(), Vector3d(-0.02, 0, 0)}, {SO3(), Vector3d(0.02, 0, 0)}};
+  const auto blurred = blurring.stereo(way, 1).left;
+  const auto first = blurring.stereo(way[0], 1).left;
+  const auto last = blurring.stereo(way[1], 1).left;
+  double worst = 0.0;
+  for (std::size_t i = 0; i < blurred.size(); ++i)
+    worst = std::max(worst, std::abs(blurred[i] - 0.5 * (first[i] + last[i])));
+  CHECK(worst < 2.0);
+  CHECK(blurred != plain);
+  const std::vector<SE3> still = {SE3{}, SE3{}};
+  CHECK(blurring.stereo(still, 1).left == plain);
+}
+
+TEST_CASE("corners seen by a fisheye lens lie where it projects them") {
+  Rig rig = lens_rig();
+  rig.left.camera = {
+      512, 480, 300.0, 300.0, 255.5, 239.5, {0.003, 0.0007, -0.002, 0.0002}, LensModel::kEquidistant};
+  const Chessboard board = {{SO3::exp(Vector3d(0.2, 0.3, -0.4)), Vector3d(0.3, 0.1, 1.0)}};
+  SensorCameras cameras(chessboard_world(board, Label::kWall), rig, without_noise());
+  const stereo_t stereo = cameras.stereo(SE3{}, 1);
+  double worst = 0.0;
+  int count = 0;
+  for (int row = 1; row < board.squares; ++row) {
+    for (int column = 1; column < board.squares; ++column) {
+      const Vector2d projected = *rig.left.camera.project(board.corner(column, row));
+      if (projected.x() < 10 || projected.y() < 10 || projected.x() > 501 || projected.y() > 469) continue;
+      worst = std::max(worst, shift_of(stereo.left, stereo.width, board, rig.left, projected).norm());
+      ++count;
+    }
+  }
+  CAPTURE(worst, count);
+  CHECK(count > 30);
+  CHECK(worst < 0.1);
+}
+
 TEST_CASE("a rig without a right camera gives single pictures") {
   Rig rig = lens_rig();
   rig.right.reset();

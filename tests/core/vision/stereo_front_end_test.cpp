@@ -142,6 +142,28 @@ TEST_CASE("pictures that show nothing for a moment are passed over") {
   }
 }
 
+TEST_CASE("pictures that show nothing for two seconds do not end the tracks for good, those for five do") {
+  const Rig rig = test_rig();
+  const PlaneWorld world(kDistance);
+  const SO3 turn = SO3::exp({0.0, 0.1, 0.0});
+  const PictureSet scene = render_stereo(world, rig, SE3());
+  const PictureSet turned = render_stereo(world, rig, {turn, Eigen::Vector3d::Zero()});
+  const auto tracked_after = [&](Utime dark, bool noisy) {
+    StereoFrontEnd front_end(rig, {});
+    front_end.process(scene.view(0), SO3());
+    front_end.process(scene.view(50'000), SO3());
+    const SO3 a_step =
+        SO3::exp({0.0, 0.05, 0.0});  // the two pictures that begin tracks of their own: half of the turn each
+    front_end.process((noisy ? noise(rig, 3) : flat(rig, 0)).view(50'000 + dark / 2), a_step);
+    front_end.process((noisy ? noise(rig, 4) : flat(rig, 0)).view(50'000 + dark), a_step);
+    return front_end.process(turned.view(100'000 + dark), SO3()).tracked;
+  };
+  for (const bool noisy : {false, true}) {
+    CHECK(tracked_after(2'000'000, noisy) >= 25);
+    CHECK(tracked_after(5'000'000, noisy) <= 3);
+  }
+}
+
 TEST_CASE("a picture that is the one before, byte for byte, is told") {
   const Rig rig = test_rig();
   const PictureSet scene = render_stereo(PlaneWorld(kDistance), rig, SE3());
