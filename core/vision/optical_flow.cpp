@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/vision/optical_flow.h"
 
+#include <cmath>
+#include <opencv2/imgproc.hpp>
 #include <opencv2/video/tracking.hpp>
 
 namespace covey {
@@ -15,6 +17,18 @@ std::vector<cv::Point2f> flow(const ImagePyramid& from, const ImagePyramid& to,
                                             options.iterations, options.epsilon_px),
                            cv::OPTFLOW_USE_INITIAL_FLOW);
   return start;
+}
+
+// Of the windows around two points, whatever their brightness and contrast.
+double correlation(const cv::Mat& a, cv::Point2f at_a, const cv::Mat& b, cv::Point2f at_b, int window_px) {
+  cv::Mat u;
+  cv::Mat v;
+  cv::getRectSubPix(a, {window_px, window_px}, at_a, u, CV_32F);
+  cv::getRectSubPix(b, {window_px, window_px}, at_b, v, CV_32F);
+  u -= cv::mean(u);
+  v -= cv::mean(v);
+  const double power = u.dot(u) * v.dot(v);
+  return power > 0.0 ? u.dot(v) / std::sqrt(power) : 0.0;
 }
 
 }  // namespace
@@ -41,7 +55,9 @@ std::vector<std::optional<cv::Point2f>> track_points(const ImagePyramid& from, c
   for (std::size_t i = 0; i < points.size(); ++i) {
     if (found[i] == 0 || returned[i] == 0 || !picture.contains(there[i])) continue;
     const cv::Point2f miss = back[i] - points[i];
-    if (miss.dot(miss) <= options.return_px * options.return_px) tracked[i] = there[i];
+    if (miss.dot(miss) > options.return_px * options.return_px) continue;
+    if (correlation(from.picture(0), points[i], to.picture(0), there[i], options.window_px) >= options.alike)
+      tracked[i] = there[i];
   }
   return tracked;
 }

@@ -2,7 +2,7 @@
 #pragma once
 
 // Points from one picture to another by pyramidal Lucas-Kanade (Bouguet, "Pyramidal implementation of the Lucas Kanade feature tracker", 2001), with a
-// start for each and the way back as a check: what does not return to where it began was not the same point.
+// start for each and two checks: what does not return to where it began was not the same point, and what does not look alike was not one at all (noise returns half of the time).
 
 #include <opencv2/core.hpp>
 #include <optional>
@@ -16,6 +16,7 @@ struct FlowOptions {
   int iterations = 20;
   double epsilon_px = 0.01;  // an iteration that moves less is the last
   double return_px = 0.5;    // farthest from where it began
+  double alike = 0.5;        // least correlation of the two windows
 };
 
 // The picture and its gradients, level by level, as OpenCV wants them.

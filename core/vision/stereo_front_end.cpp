@@ -44,6 +44,7 @@ FrontEndOptions read_front_end_options(ConfigSection& section) {
   section.read("remembered_s", options.remembered_s, 0.0, 10.0);
   section.read("search_frames", options.search_frames, 1, 100);
   section.read("window_px", options.flow.window_px, 5, 51);
+  section.read("alike", options.flow.alike, -1.0, 1.0);
   section.read("levels", options.flow.levels, 2, 8);
   section.read("return_px", options.flow.return_px, 0.05, 10.0);
   section.read("columns", options.corners.columns, 1, 100);
@@ -108,7 +109,7 @@ bool StereoFrontEnd::passes_over(Utime utime) const {
   return before_->followed && std::abs(to_seconds(utime - before_->utime)) < options_.passed_over_s;
 }
 
-// Noise follows noise, but not with most of its tracks: until those go on, the view before it all began may do better.
+// Until most tracks go on again, the view before it all began may do better.
 void StereoFrontEnd::go_on_with_remembered(const SO3& R_prev_now, View& now) {
   R_remembered_before_ = R_remembered_before_ * R_prev_now;
   const bool surely = are_more(now.tracks, kMost, before_->tracks);

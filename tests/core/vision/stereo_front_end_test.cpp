@@ -193,10 +193,11 @@ TEST_CASE("pictures that show nothing for longer end the tracks, and the next on
   }
 }
 
-TEST_CASE("noise matches nothing on the right") {
+TEST_CASE("noise matches nothing on the right, and nothing of the noise before") {
   const Rig rig = test_rig();
   StereoFrontEnd front_end(rig, {});
   CHECK(front_end.process(noise(rig, 3).view(0), SO3()).matched <= 3);
+  CHECK(front_end.process(noise(rig, 4).view(400'000), SO3()).tracked <= 3);
 }
 
 TEST_CASE("without a right picture tracks go on") {
