@@ -6,7 +6,7 @@ what the finder told the other of what it accepted.
 """
 
 # On the way from words to closures, in their order.
-STEPS = ("received", "candidate", "asked", "answered", "verified", "matched", "five_point", "three_point", "accepted", "told")
+STEPS = ("received", "candidate", "asked", "answered", "verified", "matched", "five_point", "three_point", "refined", "accepted", "told")
 _PREFIX, _REFUSED = "funnel/", "refused/"
 
 

@@ -4,12 +4,16 @@
 The same message may stand in several logs and several times in one: it counts once.
 """
 
+import math
 import os
 from dataclasses import dataclass
+
+import numpy
 
 from covey_tools import lcm_log, messages
 
 _TYPES = {"KEYFRAME": "keyframe_t", "LOOP": "loop_t", "LOOP_WEIGHTS": "loop_weights_t", "TRAJECTORY": "trajectory_t"}
+_CLOSURE_FLOOR = [0.03] * 3 + [math.radians(0.3)] * 3  # dpgo's, unless it is told otherwise: m, rad
 
 
 @dataclass
@@ -91,7 +95,7 @@ class Session:
         a = (message.robot_a, message.segment_a, message.id_a)
         b = (message.robot_b, message.segment_b, message.id_b)
         T_A_B = (tuple(message.q_A_B), tuple(message.t_A_B))
-        self._loops.setdefault((a, b, T_A_B), Loop(a, b, T_A_B, precision(message.covariance)))
+        self._loops.setdefault((a, b, T_A_B), Loop(a, b, T_A_B, precision(floored(message.covariance))))
 
     def _take_loop_weights(self, message):
         utime, parts = self._weights.get(message.robot, (0, {}))
@@ -103,6 +107,16 @@ class Session:
 
     def _take_trajectory(self, message):
         self.rounds.setdefault((message.anchor, message.round), set()).add(message.robot)
+
+
+def floored(covariance):
+    """A closure's covariance as dpgo counts it (core/pgo/edge_noise.h)."""
+    scaled = numpy.array(covariance).reshape(6, 6) / numpy.outer(_CLOSURE_FLOOR, _CLOSURE_FLOOR)
+    if not scaled.any():
+        return covariance
+    values, vectors = numpy.linalg.eigh(scaled)
+    kept = (vectors * numpy.maximum(values, 1.0)) @ vectors.T * numpy.outer(_CLOSURE_FLOOR, _CLOSURE_FLOOR)
+    return [float(value) for value in kept.ravel()]
 
 
 def precision(covariance):

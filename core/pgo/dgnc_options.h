@@ -66,7 +66,7 @@ inline std::uint64_t common_hash(const DgncOptions& options) {
        {options.barc2, options.mu_step, options.mu_max, options.tolerance, options.final_tolerance}) {
     hash.add(value);
   }
-  for (const int value : {static_cast<int>(options.solver), int{noise.isotropic},
+  for (const int value : {static_cast<int>(options.solver), int{noise.isotropic}, int{noise.floored_odometry},
                           int{options.full_covariances}, options.dimension}) {
     hash.add(static_cast<std::uint64_t>(value));
   }

@@ -27,6 +27,11 @@ Matrix6d deciding_covariance(const Matrix6d& covariance, const NoiseOptions& opt
   return with_floor(covariance, options.floor_translation_sigma, options.floor_rotation_sigma);
 }
 
+Matrix6d deciding_odometry_covariance(const Matrix6d& covariance, const NoiseOptions& options) {
+  return options.isotropic || options.floored_odometry ? deciding_covariance(covariance, options)
+                                                       : covariance;
+}
+
 Matrix6d with_floor(const Matrix6d& covariance, double translation_sigma, double rotation_sigma) {
   if (translation_sigma <= 0.0 || rotation_sigma <= 0.0) return covariance;
   const Vector6d floor = sigmas(translation_sigma, rotation_sigma);

@@ -9,6 +9,8 @@
 //   Sigma' = F max(F^-1 Sigma F^-1, I) F,
 //
 // the max on the eigenvalues: at least the floor in every direction, never less than Sigma, and Sigma itself where it is above.
+// Odometry may go without (floored_odometry): a solver that counts with the deciding covariances to the end, and refines nothing after
+// it, would give most of what odometry knows away.
 // The distributed solver counts with the isotropic precisions of CONVENTIONS.md,
 //
 //   tau = 3 / tr(Sigma_t),   kappa = 3 / (2 tr(Sigma_R)).
@@ -32,12 +34,15 @@ struct Gravity {
 struct NoiseOptions {
   double floor_translation_sigma = 0.03;    // m
   double floor_rotation_sigma = 0.0052360;  // rad, 0.3 deg
+  bool floored_odometry = true;
   // true: all edges alike, whatever their covariances say: the paper's setting (with a threshold of probability 0.5).
   bool isotropic = false;
   double isotropic_translation_sigma = 0.1;  // m
   double isotropic_rotation_sigma = 0.01;    // rad
 };
 Matrix6d deciding_covariance(const Matrix6d& covariance, const NoiseOptions& options);
+// Of a step of odometry.
+Matrix6d deciding_odometry_covariance(const Matrix6d& covariance, const NoiseOptions& options);
 
 // Sigma' for a floor of these sigmas.
 Matrix6d with_floor(const Matrix6d& covariance, double translation_sigma, double rotation_sigma);

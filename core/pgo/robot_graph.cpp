@@ -72,7 +72,7 @@ const char* RobotGraph::add(const Keyframe& keyframe) {
   if (keyframe.name.id > next) return "gap";
   OdometryPose pose{keyframe.utime, keyframe.T_O_K, keyframe.T_P_K, {}, Matrix6d::Zero(), keyframe.gravity};
   if (!first) {
-    pose.precision = precision_of(deciding_covariance(keyframe.covariance, noise_));
+    pose.precision = precision_of(deciding_odometry_covariance(keyframe.covariance, noise_));
     pose.covariance = keyframe.covariance;
   }
   segments_[keyframe.name.segment].push_back(pose);

@@ -4,7 +4,7 @@
 // How far it was on the way from bags of words to closures, with each other robot, and why it ended: a robot that finds no closures with
 // another says here where they got lost. Under the own number stands the own past.
 //
-//   received (words) > candidate > asked > answered > verified > matched > five_point > three_point > accepted;
+//   received (words) > candidate > asked > answered > verified > matched > five_point > three_point > refined > accepted;
 //   told: closures that the other robot found; refused/REASON
 
 #include <cstdint>

@@ -495,6 +495,7 @@ void LcdAgent::count_steps(int robot, const Verification& verification) {
   if (verification.matches >= options_.verification.least_matches) funnel_.count(robot, "matched");
   if (verification.five_point >= least) funnel_.count(robot, "five_point");
   if (verification.three_point >= least) funnel_.count(robot, "three_point");
+  if (verification.inliers >= least) funnel_.count(robot, "refined");
   if (verification.refused) {
     funnel_.refuse(robot, verification.refused);
   } else {

@@ -2,6 +2,7 @@
 #include "core/place/pose_refinement.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <array>
 #include <utility>
 
@@ -83,14 +84,33 @@ Problem make_problem(const FrameFeatures& c, const FrameFeatures& d,
   return problem;
 }
 
+// Of pair k in both views.
+double squared_residual_of(const Problem& problem, std::size_t k) {
+  double squared = 0.0;
+  for (const graph::FactorId id : problem.factors[k])
+    squared += squared_residual(problem.graph.factor(id), problem.values);
+  return squared;
+}
+
 bool fits(const Problem& problem, std::size_t k) {
   const auto p_C = problem.values.get<graph::Vector<3>>(point_key(k));
   const auto T_C_D = problem.values.get<SE3>(kPose);
   if (!(p_C.z() > kNearestSeen) || !((T_C_D.inverse() * p_C).z() > kNearestSeen)) return false;
+  return squared_residual_of(problem, k) < kFits;
+}
+
+// Of the pairs that fit. Each view has two numbers, three with a depth; the points take three each, the pose six.
+double variance_factor(const FrameFeatures& c, const FrameFeatures& d, const Problem& problem,
+                       const std::vector<std::pair<int, int>>& pairs) {
   double squared = 0.0;
-  for (const graph::FactorId id : problem.factors[k])
-    squared += squared_residual(problem.graph.factor(id), problem.values);
-  return squared < kFits;
+  double freedom = -6.0;
+  for (std::size_t k = 0; k < pairs.size(); ++k) {
+    if (!fits(problem, k)) continue;
+    squared += squared_residual_of(problem, k);
+    freedom += 1.0 + (c.has_depth(static_cast<std::size_t>(pairs[k].first)) ? 1.0 : 0.0) +
+               (d.has_depth(static_cast<std::size_t>(pairs[k].second)) ? 1.0 : 0.0);
+  }
+  return squared / std::max(1.0, freedom);
 }
 
 // How far off a view of p is, on the plane z = 1; a lot where it is not in front.
@@ -158,7 +178,7 @@ template struct OtherView<3>;
 std::optional<RefinedPose> refine_pose(const FrameFeatures& c, const FrameFeatures& d,
                                        const std::vector<std::pair<int, int>>& pairs, const SE3& T_C_D,
                                        double gather) {
-  RefinedPose refined{T_C_D, Matrix6d::Zero(), pairs_near(c, d, pairs, T_C_D, gather)};
+  RefinedPose refined{.T_C_D = T_C_D, .agreeing = pairs_near(c, d, pairs, T_C_D, gather)};
   constexpr int kRounds = 4;
   for (int round = 0; round < kRounds; ++round) {
     if (refined.agreeing.size() < kFewest) return std::nullopt;
@@ -169,12 +189,14 @@ std::optional<RefinedPose> refine_pose(const FrameFeatures& c, const FrameFeatur
     for (std::size_t k = 0; k < refined.agreeing.size(); ++k) {
       if (fits(problem, k)) fitting.push_back(refined.agreeing[k]);
     }
+    const double factor = variance_factor(c, d, problem, refined.agreeing);
     const bool settled = fitting.size() == refined.agreeing.size();
     refined.agreeing = std::move(fitting);
     if (!settled && round + 1 < kRounds) continue;
     const auto covariance = marginal_covariance(problem.graph, problem.values, {kPose});
     if (!covariance || !refined.T_C_D.translation.allFinite()) return std::nullopt;
     refined.covariance = *covariance;
+    refined.variance_factor = factor;
     break;
   }
   return refined;

@@ -37,8 +37,10 @@ struct OtherView {
 
 struct RefinedPose {
   SE3 T_C_D;
-  Matrix6d covariance = Matrix6d::Zero();     // [rho; phi] in D
-  std::vector<std::pair<int, int>> agreeing;  // those of the pairs that fit
+  Matrix6d covariance = Matrix6d::Zero();  // [rho; phi] in D, by that noise
+  // Squared residuals over degrees of freedom: how much larger squared errors are than the cameras' noise says.
+  double variance_factor = 1.0;
+  std::vector<std::pair<int, int>> agreeing{};  // those of the pairs that fit
 };
 
 // From a start that RANSAC gave. Its inliers agree with a pose made from three of them, noise and all; so the pairs are gathered

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <limits>
 #include <optional>
 
 namespace covey::place {
@@ -14,10 +15,10 @@ constexpr int kHalfWidth = kWidth / 2;
 constexpr int kHalfHeight = 5;
 constexpr int kPixels = kWidth * (2 * kHalfHeight + 1);
 
-// Of the patches round (x, y) and (u, y).
-int difference(const cv::Mat& left, const cv::Mat& right, int x, int u, int y) {
+// Of the patches round (x, y) and (u, y); only some of it where that is more than `most` already.
+int difference(const cv::Mat& left, const cv::Mat& right, int x, int u, int y, int most) {
   int sum = 0;
-  for (int row = y - kHalfHeight; row <= y + kHalfHeight; ++row) {
+  for (int row = y - kHalfHeight; row <= y + kHalfHeight && sum <= most; ++row) {
     const std::uint8_t* a = left.ptr<std::uint8_t>(row) + x - kHalfWidth;
     const std::uint8_t* b = right.ptr<std::uint8_t>(row) + u - kHalfWidth;
     for (int k = 0; k < kWidth; ++k) sum += std::abs(a[k] - b[k]);
@@ -30,9 +31,13 @@ struct Range {
   int most;
 };
 
-// costs[d - range.least] at disparity d: nothing where the best is not good and alone.
-std::optional<double> best_disparity(const std::vector<int>& costs, Range range,
-                                     const RowMatchOptions& options) {
+// cost(d, most): as above. Nothing where the best is not good and alone; what is worse than `hopeless` is neither the best nor near it.
+template <typename Cost>
+std::optional<double> best_disparity(const Cost& cost, Range range, const RowMatchOptions& options,
+                                     std::vector<int>& costs) {
+  const int hopeless = static_cast<int>(options.most_difference * kPixels / options.uniqueness);
+  costs.clear();
+  for (int d = range.least; d <= range.most; ++d) costs.push_back(cost(d, hopeless));
   if (costs.size() < 3) return std::nullopt;
   const auto best = static_cast<std::size_t>(std::min_element(costs.begin(), costs.end()) - costs.begin());
   if (best == 0 || best + 1 == costs.size()) return std::nullopt;
@@ -41,11 +46,12 @@ std::optional<double> best_disparity(const std::vector<int>& costs, Range range,
     const std::size_t away = k > best ? k - best : best - k;
     if (away > 2 && costs[best] > options.uniqueness * costs[k]) return std::nullopt;
   }
-  const double before = costs[best - 1];
-  const double after = costs[best + 1];
+  const int there = range.least + static_cast<int>(best);
+  const double before = cost(there - 1, std::numeric_limits<int>::max());
+  const double after = cost(there + 1, std::numeric_limits<int>::max());
   const double rise = std::max(before, after) - costs[best];
   const double fraction = rise > 0.0 ? 0.5 * (before - after) / rise : 0.0;
-  return range.least + static_cast<double>(best) + fraction;
+  return there + fraction;
 }
 
 }  // namespace
@@ -62,17 +68,15 @@ std::vector<float> match_rows(const cv::Mat& left, const cv::Mat& right,
     const Range range{static_cast<int>(std::floor(options.least_px)) - 1,
                       std::min(x - kHalfWidth, static_cast<int>(std::ceil(options.most_px)))};
     if (x - range.least + kHalfWidth > left.cols) continue;
-    costs.clear();
-    for (int d = range.least; d <= range.most; ++d) costs.push_back(difference(left, right, x, x - d, y));
-    const auto there = best_disparity(costs, range, options);
+    const auto forth = [&](int d, int most) { return difference(left, right, x, x - d, y, most); };
+    const auto there = best_disparity(forth, range, options, costs);
     if (!there || *there < options.least_px) continue;
 
     const int u = x - static_cast<int>(std::lround(*there));
     const Range back{range.least, std::min(range.most, left.cols - kHalfWidth - u)};
     if (u + back.least < kHalfWidth) continue;
-    costs.clear();
-    for (int d = back.least; d <= back.most; ++d) costs.push_back(difference(left, right, u + d, u, y));
-    const auto again = best_disparity(costs, back, options);
+    const auto found_again = [&](int d, int most) { return difference(left, right, u + d, u, y, most); };
+    const auto again = best_disparity(found_again, back, options, costs);
     if (again && std::abs(*again - *there) < 1.5) disparities[k] = static_cast<float>(*there);
   }
   return disparities;

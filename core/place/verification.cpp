@@ -7,35 +7,19 @@
 
 #include "core/place/minimal_poses.h"
 #include "core/place/overlap.h"
+#include "core/place/point_spread.h"
 
 namespace covey::place {
 namespace {
 
 constexpr double kRadPerDeg = 0.017453292519943295;
 
-// Along the shorter axis of the cloud of directions.
-double spread(const FrameFeatures& features, const std::vector<std::size_t>& points) {
-  Eigen::Vector2d mean = Eigen::Vector2d::Zero();
-  Eigen::Matrix2d squares = Eigen::Matrix2d::Zero();
-  for (const std::size_t k : points) {
-    const Eigen::Vector2d m = features.direction(k);
-    mean += m;
-    squares += m * m.transpose();
-  }
-  const auto n = static_cast<double>(points.size());
-  mean /= n;
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> eigen(squares / n - mean * mean.transpose());
-  return std::sqrt(std::max(0.0, eigen.eigenvalues()(0)));
-}
-
-bool are_spread(const FrameFeatures& a, const FrameFeatures& b, const Pairs& pairs, double least) {
-  std::vector<std::size_t> in_a;
-  std::vector<std::size_t> in_b;
-  for (const auto& [i, j] : pairs) {
-    in_a.push_back(static_cast<std::size_t>(i));
-    in_b.push_back(static_cast<std::size_t>(j));
-  }
-  return spread(a, in_a) >= least && spread(b, in_b) >= least;
+// Null where the points fill the picture and space.
+const char* degenerate(const PointSpread& spread, const VerificationOptions& options) {
+  constexpr double kLong = 2.0;  // times least_spread: what is narrow and not even that long is a corner
+  if (spread.across < options.least_spread)
+    return spread.along < kLong * options.least_spread ? "corner" : "line";
+  return spread.thickness < options.least_thickness ? "plane" : nullptr;
 }
 
 double largest_variance(const Eigen::Matrix3d& covariance) {
@@ -48,11 +32,14 @@ bool is_certain(const Matrix6d& covariance, const VerificationOptions& options) 
   return position <= options.most_sigma_m && angle <= options.most_sigma_deg * kRadPerDeg;
 }
 
-Matrix6d floor_of(const VerificationOptions& options) {
+// What the residuals say, with the correlation of neighbouring points' errors, and what calibration may be off.
+Matrix6d honest_covariance(const RefinedPose& refined, const VerificationOptions& options) {
   Vector6d variances;
-  variances << Eigen::Vector3d::Constant(std::pow(options.floor_m, 2)),
-      Eigen::Vector3d::Constant(std::pow(options.floor_deg * kRadPerDeg, 2));
-  return variances.asDiagonal();
+  variances << Eigen::Vector3d::Constant(refined.T_C_D.translation.squaredNorm()),
+      Eigen::Vector3d::Constant(refined.T_C_D.rotation.log().squaredNorm());
+  Matrix6d covariance = options.correlation * refined.variance_factor * refined.covariance;
+  covariance.diagonal() += std::pow(options.calibration, 2) * variances;
+  return covariance;
 }
 
 Pairs swapped(const Pairs& pairs) {
@@ -106,8 +93,10 @@ Verification verify(const FrameFeatures& a, const FrameFeatures& b, const Verifi
   result.inliers = static_cast<int>(refined->agreeing.size());
   if (result.inliers < options.least_inliers) return refused(result, "inliers");
   if (result.inliers < options.least_share * result.matches) return refused(result, "share");
-  if (!are_spread(a, b, refined->agreeing, options.least_spread)) return refused(result, "spread");
-  if (!is_certain(refined->covariance, options)) return refused(result, "sigma");
+  const PointSpread spread = spread_of(a, b, refined->agreeing, refined->T_C_D);
+  if (const char* why = degenerate(spread, options)) return refused(result, why);
+  const Matrix6d covariance = honest_covariance(*refined, options);
+  if (!is_certain(covariance, options)) return refused(result, "sigma");
   if (refined->T_C_D.translation.norm() > options.most_distance_m) return refused(result, "distance");
 
   const Overlap overlap =
@@ -117,7 +106,7 @@ Verification verify(const FrameFeatures& a, const FrameFeatures& b, const Verifi
 
   result.T_A_B = a.T_B_C * refined->T_C_D * b.T_B_C.inverse();
   const Matrix6d Ad = b.T_B_C.adjoint();
-  result.covariance = Ad * refined->covariance * Ad.transpose() + floor_of(options);
+  result.covariance = Ad * covariance * Ad.transpose();
   return result;
 }
 

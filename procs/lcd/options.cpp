@@ -31,12 +31,13 @@ void read_verification(ConfigSection& section, const Rig& rig, place::Verificati
   section.read("least_inliers", verification.least_inliers, 6, place::kMostFeatures);
   section.read("least_share", verification.least_share, 0.0, 1.0);
   section.read("least_spread", verification.least_spread, 0.0, 1.0);
+  section.read("least_thickness", verification.least_thickness, 0.0, 1.0);
   section.read("most_sigma_m", verification.most_sigma_m, 1e-3, 1e3);
   section.read("most_sigma_deg", verification.most_sigma_deg, 1e-3, 180.0);
   section.read("most_distance_m", verification.most_distance_m, 0.1, 1e3);
   section.read("least_overlap", verification.least_overlap, 0.0, 1.0);
-  section.read("floor_m", verification.floor_m, 0.0, 10.0);
-  section.read("floor_deg", verification.floor_deg, 0.0, 90.0);
+  section.read("correlation", verification.correlation, 0.1, 100.0);
+  section.read("calibration", verification.calibration, 0.0, 1.0);
 }
 
 }  // namespace

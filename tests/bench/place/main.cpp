@@ -33,6 +33,7 @@ namespace {
 
 constexpr Limits kTownLimits{0.5, 5.0};
 constexpr Limits kRoomLimits{0.1, 5.0};
+constexpr double kSceneCalibration = 0.05;  // 7-Scenes: focal length of a make, depth of another camera
 constexpr double kLeastSimilarity = 0.03;  // the agent's: a tenth of that to the keyframe before, usually 0.3
 
 struct Options {
@@ -103,6 +104,8 @@ nlohmann::json run_scenes(const Options& options, const Robot& robot) {
   const MountedCamera camera = scene_camera();
   place::LcdOptions agent = robot.lcd.agent;
   agent.verification.ransac_direction *= robot.rig.left.camera.fx / camera.camera.fx;
+  agent.verification.calibration = kSceneCalibration;
+  agent.verification.most_sigma_deg = kRoomLimits.rotation_deg;
   Team team(2, robot.vocabulary, agent);
   double extract_s = 0.0;
   for (const View& view : scene_views(options.scenes)) {

@@ -65,6 +65,10 @@ TEST_CASE("what was measured is kept, and counts as the options say") {
   REQUIRE(pose.covariance == second.covariance);
   REQUIRE(pose.gravity.sigma == 0.02);
   REQUIRE(floored.private_loops[0].precision.tau == Approx(pose.precision.tau));
+  const GraphSnapshot loops_only =
+      taken({.floor_translation_sigma = 0.1, .floor_rotation_sigma = 0.01, .floored_odometry = false});
+  REQUIRE(loops_only.segments[0].poses[1].precision.tau == Approx(3.0 / (1e-6 + 0.04 + 0.04)));
+  REQUIRE(loops_only.private_loops[0].precision.tau == Approx(pose.precision.tau));
   const GraphSnapshot paper = taken({.isotropic = true});
   REQUIRE(paper.segments[0].poses[1].precision.tau == Approx(100.0));
   REQUIRE(paper.segments[0].poses[1].precision.kappa == Approx(5000.0));

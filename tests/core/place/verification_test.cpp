@@ -58,17 +58,17 @@ TEST_CASE("the Jacobians of a view are its derivatives") {
   }
 }
 
-TEST_CASE("a place that two cameras saw gives their pose, as exactly as its covariance says") {
-  const SeeOptions see;
-  VerificationOptions options;
-  options.floor_m = 0.0;
-  options.floor_deg = 0.0;
-  RandomGeometry random(8);
+// Mean squared error over covariance of made-up pairs, whose features say `told` times the noise that they have.
+double mean_nees(double told, RandomGeometry& random) {
   constexpr int kTrials = 40;
   double squared = 0.0;
   for (int trial = 0; trial < kTrials; ++trial) {
-    const Pair pair = make_pair(random, see);
-    const Verification result = verify(pair.a, pair.b, options);
+    Pair pair = make_pair(random);
+    for (FrameFeatures* features : {&pair.a, &pair.b}) {
+      features->noise.direction *= told;
+      features->noise.inverse_depth *= told;
+    }
+    const Verification result = verify(pair.a, pair.b, {.correlation = 1.0, .calibration = 0.0});
     REQUIRE(result.refused == nullptr);
     REQUIRE(result.inliers > 100);
     REQUIRE(result.matches >= result.five_point);
@@ -78,9 +78,22 @@ TEST_CASE("a place that two cameras saw gives their pose, as exactly as its cova
     REQUIRE(error.tail<3>().norm() < 0.015);
     squared += error.dot(result.covariance.inverse() * error);
   }
-  // Chi-square of 6 degrees of freedom each: mean 6, of 40 within 20 %; outliers that fit by chance and the kernel widen it a bit.
-  REQUIRE(squared / kTrials > 4.0);
-  REQUIRE(squared / kTrials < 9.0);
+  return squared / kTrials;
+}
+
+// Chi-square of 6 degrees of freedom each: mean 6, of 40 within 20 %; outliers that fit by chance and the kernel widen it a bit.
+TEST_CASE("a place that two cameras saw gives their pose, as exactly as its covariance says") {
+  RandomGeometry random(8);
+  const double nees = mean_nees(1.0, random);
+  REQUIRE(nees > 4.0);
+  REQUIRE(nees < 9.0);
+}
+
+TEST_CASE("the covariance is that of the errors, not of what the cameras say of themselves") {
+  RandomGeometry random(8);
+  const double nees = mean_nees(2.0, random);
+  REQUIRE(nees > 4.0);
+  REQUIRE(nees < 9.0);
 }
 
 TEST_CASE("the other way round is the inverse, and the same twice") {
@@ -96,15 +109,18 @@ TEST_CASE("the other way round is the inverse, and the same twice") {
   REQUIRE((there.T_A_B * back.T_A_B).log().norm() < 0.03);
 }
 
-TEST_CASE("the floor is added to what the points say") {
+TEST_CASE("what calibration may be off grows with distance and angle") {
   RandomGeometry random(10);
   const Pair pair = make_pair(random);
-  VerificationOptions bare;
-  bare.floor_m = 0.0;
-  bare.floor_deg = 0.0;
-  const Matrix6d added = verify(pair.a, pair.b).covariance - verify(pair.a, pair.b, bare).covariance;
-  REQUIRE(added.diagonal().head<3>().isApproxToConstant(0.03 * 0.03, 1e-9));
-  REQUIRE(added.diagonal().tail<3>().isApproxToConstant(std::pow(0.3 * M_PI / 180.0, 2), 1e-9));
+  const Verification exact = verify(pair.a, pair.b, {.calibration = 0.0});
+  const Verification vague = verify(pair.a, pair.b, {.calibration = 0.02});
+  REQUIRE(exact.refused == nullptr);
+  REQUIRE(vague.refused == nullptr);
+  const SE3 T_C_D = pair.a.T_B_C.inverse() * exact.T_A_B * pair.b.T_B_C;
+  const double angle = 0.02 * T_C_D.rotation.log().norm();
+  const Matrix6d added = vague.covariance - exact.covariance;
+  REQUIRE(added.diagonal().tail<3>().isApproxToConstant(angle * angle, 1e-9));
+  REQUIRE(added.topLeftCorner<3, 3>().trace() >= 3.0 * 0.02 * 0.02 * T_C_D.translation.squaredNorm());
 }
 
 TEST_CASE("another place is refused") {
@@ -151,18 +167,28 @@ TEST_CASE("outliers up to half of the matches are borne") {
   }
 }
 
-TEST_CASE("points in one line, and poses that are not certain, are refused") {
+// Of 300 points in a box; the camera looks along z.
+const char* refused_in(const Eigen::Vector3d& least, const Eigen::Vector3d& most) {
   RandomGeometry random(14);
   auto place = testing::make_place(300, random);
   for (auto& landmark : place) {
-    landmark.p_W = {random.uniform(-0.4, 0.4), random.uniform(-3.0, 3.0), random.uniform(7.0, 8.0)};
+    for (int axis = 0; axis < 3; ++axis) landmark.p_W[axis] = random.uniform(least[axis], most[axis]);
   }
   const SE3 T_W_A = testing::body_behind_camera();
-  const SeeOptions see_options{.strangers = 0};
-  const auto a = see(place, T_W_A, testing::forward_camera(), random, see_options);
-  REQUIRE(verify(a, see(place, T_W_A, testing::forward_camera(), random, see_options)).refused ==
-          std::string("spread"));
+  const SeeOptions options{.strangers = 0};
+  const auto a = see(place, T_W_A, testing::forward_camera(), random, options);
+  return verify(a, see(place, T_W_A, testing::forward_camera(), random, options)).refused;
+}
 
+TEST_CASE("points in a line, a corner or a plane are refused with that word, others are not") {
+  REQUIRE(refused_in({-0.4, -3.0, 7.0}, {0.4, 3.0, 8.0}) == std::string("line"));
+  REQUIRE(refused_in({1.0, 1.0, 7.0}, {2.5, 2.5, 8.0}) == std::string("corner"));
+  REQUIRE(refused_in({-1.4, -1.0, 2.0}, {1.4, 1.0, 2.02}) == std::string("plane"));
+  REQUIRE(refused_in({-4.0, -3.0, 5.0}, {4.0, 3.0, 10.0}) == nullptr);
+}
+
+TEST_CASE("poses that are not certain are refused") {
+  RandomGeometry random(14);
   const Pair pair = make_pair(random);
   VerificationOptions strict;
   strict.most_sigma_m = 0.003;

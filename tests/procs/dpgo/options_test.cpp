@@ -42,6 +42,10 @@ TEST_CASE("the solver and what covariances count as are chosen by name") {
   REQUIRE(full.full_covariances);
   REQUIRE(full.noise.floor_rotation_sigma == Approx(0.0174533));
   REQUIRE(full.noise.floor_translation_sigma == 0.1);
+  REQUIRE(full.noise.floored_odometry);
+  const pgo::NoiseOptions scaled = read("{}").dgnc.noise;
+  REQUIRE_FALSE(scaled.floored_odometry);
+  REQUIRE(scaled.floor_translation_sigma == 0.03);
   const pgo::DgncOptions paper = read("dpgo: {covariances: paper}").dgnc;
   REQUIRE(paper.noise.isotropic);
   REQUIRE(paper.barc2 == Approx(5.348).epsilon(1e-3));  // of probability 0.5

@@ -3,6 +3,7 @@
 
 #include <catch2/catch.hpp>
 #include <covey/stereo_t.hpp>
+#include <fstream>
 #include <map>
 
 #include "core/place/lcd_messages.h"
@@ -16,7 +17,6 @@
 namespace covey {
 namespace {
 
-const std::filesystem::path kConfig = std::filesystem::path(COVEY_SOURCE_DIR) / "configs/robots/default.yaml";
 constexpr Utime kStart = 1'000'000'000;
 
 // Where the body is in front of which wall, second by second.
@@ -80,11 +80,22 @@ struct Output {
   std::map<std::string, int> messages;
 };
 
+// All there is to see here is a wall, which lcd refuses as a plane unless it is told not to.
+std::string write_config(const ScratchFolder& folder) {
+  const std::filesystem::path configs = std::filesystem::path(COVEY_SOURCE_DIR) / "configs";
+  const std::filesystem::path file = folder.path / "robot.yaml";
+  std::ofstream(file) << "sensors: " << (configs / "sensors/rover.yaml").string()
+                      << "\nlcd:\n  vocabulary: " << (configs / "place/vocabulary.bin").string()
+                      << "\n  least_thickness: 0\n";
+  return file.string();
+}
+
 Output run_lcd(const ScratchFolder& folder, const std::string& name, bool with_state) {
   const std::string out = (folder.path / (name + ".lcm")).string();
-  std::vector<std::string> arguments{"--robot",        "2",     "--config",
-                                     kConfig.string(), "--url", "file://" + (folder.path / "in.lcm").string(),
-                                     "--out",          out};
+  std::vector<std::string> arguments{"--robot",  "2",
+                                     "--config", write_config(folder),
+                                     "--url",    "file://" + (folder.path / "in.lcm").string(),
+                                     "--out",    out};
   if (with_state) arguments.insert(arguments.end(), {"--state", (folder.path / "state").string()});
   ChildProcess lcd("lcd", arguments, (folder.path / (name + ".log")).string());
   const auto code = lcd.wait(60.0);
