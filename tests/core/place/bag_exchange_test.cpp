@@ -42,7 +42,7 @@ IdRanges ids_of(int first, int last) {
   return ids;
 }
 
-TEST_CASE("bags wait until somebody who wants them says what it has; then they go, the newest first") {
+TEST_CASE("bags wait until somebody who wants them says what it has, then they go, the newest first") {
   REQUIRE(verifier_of(kOwner, kReader) == kReader);
   REQUIRE(verifier_of(kOwner, kOther) == kOwner);
   BagExchange exchange(kOwner, kWords);
@@ -61,7 +61,7 @@ TEST_CASE("bags wait until somebody who wants them says what it has; then they g
   REQUIRE_FALSE(exchange.owes(kStart));
 }
 
-TEST_CASE("what is overtaken is sent again to who lacks it; what nobody lists, after a while") {
+TEST_CASE("what is overtaken is sent again to who lacks it, and what nobody lists, after a while") {
   BagExchange exchange(kOwner, kWords);
   Utime now = kStart;
   exchange.receive(says(kReader, now, {}), now);

@@ -25,7 +25,7 @@ TEST_CASE("a run without gaps is said in a few bytes") {
   REQUIRE(there_and_back({}).empty());
 }
 
-TEST_CASE("seeded runs with gaps come back as they are; of very many gaps the newest") {
+TEST_CASE("seeded runs with gaps come back as they are, of very many gaps the newest") {
   std::mt19937 random(9);
   for (int trial = 0; trial < 100; ++trial) {
     std::vector<RunInventory> runs;
