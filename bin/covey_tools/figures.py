@@ -114,6 +114,16 @@ def bytes_by_module(path, sums):
     _save(figure, path)
 
 
+def grid(count, height, **options):
+    """(figure, axes) of `count` small plots in rows of four; options as plt.subplots has them."""
+    columns = min(4, count)
+    lines = -(-count // columns)
+    figure, axes = plt.subplots(lines, columns, figsize=(3.4 * columns, height * lines), squeeze=False, **options)
+    for axis in axes.flat[count:]:
+        axis.set_visible(False)
+    return figure, axes
+
+
 def _xy(way):
     return [t[0] for _, (_, t) in way], [t[1] for _, (_, t) in way]
 

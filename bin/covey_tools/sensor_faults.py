@@ -137,8 +137,8 @@ def _late(seconds):
     return lambda _: _pictures(lambda item: [replace(item, at=item.at + round(seconds * 1e6))])
 
 
-def _overtaken(kind, every, seconds):
-    """Each so many-th comes after its successor."""
+def _each(kind, every, change):
+    """change: (Item, how many were changed with it) -> [Item], of each so many-th of that kind."""
     def make(_):
         count = 0
 
@@ -147,9 +147,14 @@ def _overtaken(kind, every, seconds):
             if item.kind != kind:
                 return [item]
             count += 1
-            return [replace(item, at=item.at + round(seconds * 1e6))] if count % every == 0 else [item]
+            return change(item, count // every) if count % every == 0 else [item]
         return treat
     return make
+
+
+def _overtaken(kind, every, seconds):
+    """Each so many-th comes after its successor."""
+    return _each(kind, every, lambda item, _: [replace(item, at=item.at + round(seconds * 1e6))])
 
 
 def _sides_swapped(item):
@@ -170,16 +175,6 @@ def _grey(seed):
         def side():
             return dice.normal(110.0, 2.5, item.message.n_left).clip(0.0, 255.0).astype(numpy.uint8).tobytes()
         return _with(item, left=side(), right=side())
-    return _pictures(treat)
-
-
-def _flicker(_):
-    count = 0
-
-    def treat(item):
-        nonlocal count
-        count += 1
-        return _black(item) if count % 3 == 0 else [item]
     return _pictures(treat)
 
 
@@ -212,20 +207,10 @@ def _clipped(gyro, accel):
 
 
 def _stamps_wrong(kind, every):
-    def make(_):
-        count = 0
-
-        def treat(item):
-            nonlocal count
-            if item.kind != kind:
-                return [item]
-            count += 1
-            if count % every:
-                return [item]
-            by = _WRONG_BY_US[count // every % len(_WRONG_BY_US)]
-            return _with(item, utime=0 if by is None else item.message.utime + by)
-        return treat
-    return make
+    def change(item, number):
+        by = _WRONG_BY_US[number % len(_WRONG_BY_US)]
+        return _with(item, utime=0 if by is None else item.message.utime + by)
+    return _each(kind, every, change)
 
 
 def _plain(treat):
@@ -242,7 +227,7 @@ FAULTS = (
     Fault("order_imu", 5.0, "each tenth sample comes after the next one", _overtaken("IMU", 10, 0.006)),
     Fault("sides", 1.0, "left for right", _plain(_pictures(_sides_swapped))),
     Fault("black_1s", 1.0, "black pictures", _plain(_pictures(_black))),
-    Fault("flicker", 5.0, "each third picture is black", _flicker),
+    Fault("flicker", 5.0, "each third picture is black", _each("STEREO", 3, lambda item, _: _black(item))),
     Fault("featureless_1s", 1.0, "a grey wall", _grey),
     Fault("featureless_2s", 2.0, "a grey wall", _grey),
     Fault("frozen_1s", 1.0, "the same picture again and again", _frozen),

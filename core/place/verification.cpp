@@ -5,14 +5,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/angle.h"
 #include "core/place/minimal_poses.h"
 #include "core/place/overlap.h"
 #include "core/place/point_spread.h"
 
 namespace covey::place {
 namespace {
-
-constexpr double kRadPerDeg = 0.017453292519943295;
 
 // Null where the points fill the picture and space.
 const char* degenerate(const PointSpread& spread, const VerificationOptions& options) {
@@ -29,7 +28,7 @@ double largest_variance(const Eigen::Matrix3d& covariance) {
 bool is_certain(const Matrix6d& covariance, const VerificationOptions& options) {
   const double position = std::sqrt(largest_variance(covariance.topLeftCorner<3, 3>()));
   const double angle = std::sqrt(largest_variance(covariance.bottomRightCorner<3, 3>()));
-  return position <= options.most_sigma_m && angle <= options.most_sigma_deg * kRadPerDeg;
+  return position <= options.most_sigma_m && angle <= options.most_sigma_deg * kDegree;
 }
 
 // What the residuals say, with the correlation of neighbouring points' errors, and what calibration may be off.

@@ -173,12 +173,7 @@ def _table(rows):
 def _plots(rows, folder):
     if not rows:
         return ""
-    plt = figures.plt
-    columns = min(4, len(rows))
-    lines = -(-len(rows) // columns)
-    figure, axes = plt.subplots(lines, columns, figsize=(3.4 * columns, 2.1 * lines), squeeze=False, sharex=True)
-    for axis in axes.flat[len(rows):]:
-        axis.set_visible(False)
+    figure, axes = figures.grid(len(rows), 2.1, sharex=True)
     for axis, row in zip(axes.flat, rows):
         with open(os.path.join(folder, "faults", row["sequence"], row["fault"], "errors.json"), encoding="utf-8") as file:
             found = json.load(file)
@@ -193,5 +188,5 @@ def _plots(rows, folder):
         axis.set_xlabel("s")
     figure.tight_layout()
     figure.savefig(os.path.join(folder, "faults.png"), bbox_inches="tight")
-    plt.close(figure)
+    figures.plt.close(figure)
     return "\n![Distance from truth by time, the fault in grey](faults.png)\n"

@@ -240,19 +240,14 @@ def _table(rows):
 def _plots(rows, folder):
     if not rows:
         return ""
-    plt = figures.plt
-    columns = min(4, len(rows))
-    lines = -(-len(rows) // columns)
     for path, draw in (("vio_ways.png", _draw_way), ("vio_errors.png", _draw_error), ("vio_ms.png", _draw_ms)):
-        figure, axes = plt.subplots(lines, columns, figsize=(3.4 * columns, 2.9 * lines), squeeze=False)
-        for axis in axes.flat[len(rows):]:
-            axis.set_visible(False)
+        figure, axes = figures.grid(len(rows), 2.9)
         for axis, row in zip(axes.flat, rows):
             draw(axis, row, os.path.join(folder, "vio", row["sequence"]))
             axis.set_title(f"{row['sequence']}: {1e3 * row['ate_m']:.1f} mm", fontsize=9, loc="left")
         figure.tight_layout()
         figure.savefig(os.path.join(folder, path), bbox_inches="tight")
-        plt.close(figure)
+        figures.plt.close(figure)
     return ("\n![Ways from above, truth in grey](vio_ways.png)\n\n![Distance from truth by time](vio_errors.png)\n\n"
             "![CPU of each frame](vio_ms.png)\n")
 
