@@ -2,15 +2,32 @@
 #include "core/place/descriptor_matcher.h"
 
 #include <algorithm>
-#include <opencv2/features2d.hpp>
 
 namespace covey::place {
 namespace {
 
-// The descriptors' memory as OpenCV sees it; only read.
-cv::Mat as_matrix(const std::vector<Descriptor>& descriptors) {
-  return {static_cast<int>(descriptors.size()), static_cast<int>(kDescriptorBytes), CV_8U,
-          const_cast<Descriptor*>(descriptors.data())};
+struct Nearest {
+  int index = -1;
+  int distance = kDescriptorBits + 1;
+  int second = kDescriptorBits + 1;  // distance of the second nearest
+};
+
+// Of each of a the nearest of b, and of each of b the nearest of a; of equally near ones the first.
+COVEY_COUNTS_BITS void compare(const std::vector<Descriptor>& a, const std::vector<Descriptor>& b,
+                               std::vector<Nearest>& of_a, std::vector<Nearest>& of_b) {
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    Nearest nearest;
+    for (std::size_t j = 0; j < b.size(); ++j) {
+      const int distance = hamming(a[i], b[j]);
+      if (distance < nearest.distance) {
+        nearest = {static_cast<int>(j), distance, nearest.distance};
+      } else {
+        nearest.second = std::min(nearest.second, distance);
+      }
+      if (distance < of_b[j].distance) of_b[j] = {static_cast<int>(i), distance};
+    }
+    of_a[i] = nearest;
+  }
 }
 
 }  // namespace
@@ -25,17 +42,14 @@ std::vector<std::pair<int, int>> match_descriptors(const std::vector<Descriptor>
     std::sort(matches.begin(), matches.end());
     return matches;
   }
-  const cv::BFMatcher matcher(cv::NORM_HAMMING);
-  std::vector<std::vector<cv::DMatch>> there;
-  std::vector<std::vector<cv::DMatch>> back;
-  matcher.knnMatch(as_matrix(a), as_matrix(b), there, 2);
-  matcher.knnMatch(as_matrix(b), as_matrix(a), back, 1);
-  for (const auto& nearest : there) {
-    if (nearest.size() < 2 || nearest[0].distance > static_cast<float>(options.most_distance)) continue;
-    if (nearest[0].distance > options.ratio * nearest[1].distance) continue;
-    const auto& other = back[static_cast<std::size_t>(nearest[0].trainIdx)];
-    if (other.empty() || other[0].trainIdx != nearest[0].queryIdx) continue;
-    matches.emplace_back(nearest[0].queryIdx, nearest[0].trainIdx);
+  std::vector<Nearest> there(a.size());
+  std::vector<Nearest> back(b.size());
+  compare(a, b, there, back);
+  for (int i = 0; i < static_cast<int>(a.size()); ++i) {
+    const Nearest& nearest = there[static_cast<std::size_t>(i)];
+    if (nearest.distance > options.most_distance) continue;
+    if (nearest.distance > options.ratio * nearest.second) continue;
+    if (back[static_cast<std::size_t>(nearest.index)].index == i) matches.emplace_back(i, nearest.index);
   }
   return matches;
 }

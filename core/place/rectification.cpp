@@ -27,8 +27,8 @@ Rectification::Rectification(const MountedCamera& left, const MountedCamera& rig
   baseline_m_ = T_L_R.translation.norm();
   COVEY_CHECK(baseline_m_ > 0.0);
   R_C_R_ = rectified_axes(T_L_R);
-  left_maps_ = make_maps(left.camera, R_C_R_);
-  right_maps_ = make_maps(right.camera, T_L_R.rotation.inverse() * R_C_R_);
+  left_map_ = make_map(left.camera, R_C_R_);
+  right_map_ = make_map(right.camera, T_L_R.rotation.inverse() * R_C_R_);
   constexpr int kMarginPx = 20;
   const cv::Mat white(left.camera.height, left.camera.width, CV_8U, cv::Scalar(255));
   cv::erode(this->left(white) == 255, left_mask_,
@@ -41,7 +41,7 @@ Eigen::Vector3d Rectification::ray(const cv::Point2f& pixel) const {
 }
 
 // Where each rectified pixel is found in the camera's picture.
-Rectification::Maps Rectification::make_maps(const PinholeCamera& camera, const SO3& R_C_R) const {
+BilinearMap Rectification::make_map(const PinholeCamera& camera, const SO3& R_C_R) const {
   constexpr float kNowhere = -100.0F;
   cv::Mat u(size_, CV_32F);
   cv::Mat v(size_, CV_32F);
@@ -56,15 +56,7 @@ Rectification::Maps Rectification::make_maps(const PinholeCamera& camera, const 
       v.at<float>(row, column) = seen ? static_cast<float>(pixel->y()) : kNowhere;
     }
   }
-  Maps maps;
-  cv::convertMaps(u, v, maps.first, maps.second, CV_16SC2);
-  return maps;
-}
-
-cv::Mat Rectification::apply(const Maps& maps, const cv::Mat& image) {
-  cv::Mat rectified;
-  cv::remap(image, rectified, maps.first, maps.second, cv::INTER_LINEAR, cv::BORDER_CONSTANT);
-  return rectified;
+  return {u, v, {camera.width, camera.height}};
 }
 
 }  // namespace covey::place

@@ -11,6 +11,7 @@
 #include <opencv2/core.hpp>
 
 #include "core/geometry/rig.h"
+#include "core/place/bilinear_map.h"
 
 namespace covey::place {
 
@@ -18,8 +19,8 @@ class Rectification {
  public:
   Rectification(const MountedCamera& left, const MountedCamera& right);
 
-  cv::Mat left(const cv::Mat& image) const { return apply(left_maps_, image); }
-  cv::Mat right(const cv::Mat& image) const { return apply(right_maps_, image); }
+  cv::Mat left(const cv::Mat& image) const { return left_map_.apply(image); }
+  cv::Mat right(const cv::Mat& image) const { return right_map_.apply(image); }
 
   // Not 0 where the left picture has something and its edge is not near: an edge of the picture is no feature of the world.
   const cv::Mat& left_mask() const { return left_mask_; }
@@ -31,19 +32,14 @@ class Rectification {
   Eigen::Vector3d ray(const cv::Point2f& pixel) const;
 
  private:
-  struct Maps {
-    cv::Mat first;
-    cv::Mat second;
-  };
-  Maps make_maps(const PinholeCamera& camera, const SO3& R_C_R) const;
-  static cv::Mat apply(const Maps& maps, const cv::Mat& image);
+  BilinearMap make_map(const PinholeCamera& camera, const SO3& R_C_R) const;
 
   double focal_px_ = 1.0;
   double baseline_m_ = 0.0;
   cv::Size size_;
   SO3 R_C_R_;
-  Maps left_maps_;
-  Maps right_maps_;
+  BilinearMap left_map_;
+  BilinearMap right_map_;
   cv::Mat left_mask_;
 };
 

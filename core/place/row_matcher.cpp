@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <limits>
+#include <opencv2/core/hal/intrin.hpp>
 #include <optional>
 
 namespace covey::place {
@@ -18,11 +19,10 @@ constexpr int kPixels = kWidth * (2 * kHalfHeight + 1);
 // Of the patches round (x, y) and (u, y); only some of it where that is more than `most` already.
 int difference(const cv::Mat& left, const cv::Mat& right, int x, int u, int y, int most) {
   int sum = 0;
-  for (int row = y - kHalfHeight; row <= y + kHalfHeight && sum <= most; ++row) {
-    const std::uint8_t* a = left.ptr<std::uint8_t>(row) + x - kHalfWidth;
-    const std::uint8_t* b = right.ptr<std::uint8_t>(row) + u - kHalfWidth;
-    for (int k = 0; k < kWidth; ++k) sum += std::abs(a[k] - b[k]);
-  }
+  const std::uint8_t* a = left.ptr<std::uint8_t>(y - kHalfHeight) + x - kHalfWidth;
+  const std::uint8_t* b = right.ptr<std::uint8_t>(y - kHalfHeight) + u - kHalfWidth;
+  for (int row = 0; row <= 2 * kHalfHeight && sum <= most; ++row, a += left.step[0], b += right.step[0])
+    sum += static_cast<int>(cv::v_reduce_sad(cv::v_load(a), cv::v_load(b)));
   return sum;
 }
 
@@ -31,13 +31,17 @@ struct Range {
   int most;
 };
 
-// cost(d, most): as above. Nothing where the best is not good and alone; what is worse than `hopeless` is neither the best nor near it.
+// cost(d, most): as above. Nothing where the best is not good and alone; what is worse than `hopeless` is neither the best nor near it, whatever
+// comes after it.
 template <typename Cost>
 std::optional<double> best_disparity(const Cost& cost, Range range, const RowMatchOptions& options,
                                      std::vector<int>& costs) {
-  const int hopeless = static_cast<int>(options.most_difference * kPixels / options.uniqueness);
+  int hopeless = static_cast<int>(options.most_difference * kPixels / options.uniqueness);
   costs.clear();
-  for (int d = range.least; d <= range.most; ++d) costs.push_back(cost(d, hopeless));
+  for (int d = range.least; d <= range.most; ++d) {
+    costs.push_back(cost(d, hopeless));
+    hopeless = std::min(hopeless, static_cast<int>(costs.back() / options.uniqueness));
+  }
   if (costs.size() < 3) return std::nullopt;
   const auto best = static_cast<std::size_t>(std::min_element(costs.begin(), costs.end()) - costs.begin());
   if (best == 0 || best + 1 == costs.size()) return std::nullopt;

@@ -125,7 +125,7 @@ void Vocabulary::save(const std::filesystem::path& file) const {
   if (!stream.flush()) throw_input_error("{}: cannot be written", file.string());
 }
 
-int Vocabulary::word(const Descriptor& descriptor) const {
+COVEY_COUNTS_BITS int Vocabulary::word(const Descriptor& descriptor) const {
   std::size_t node = 0;
   while (nodes_[node].children > 0) {
     const auto first = static_cast<std::size_t>(first_child_[node]);
