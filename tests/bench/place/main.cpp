@@ -6,7 +6,8 @@
 //   bench_place --scenes rgbd/seven_scenes --config configs/robots/default.yaml
 //
 // A simulated world's keyframes are rendered; --images keeps the pictures, and takes those that are there. --scenes: a real sequence with
-// depth, its halves as two robots'. --queries: also how long a query takes among so many keyframes, made from these.
+// depth, its halves as two robots'. --queries: also how long a query takes among so many keyframes, made from these. --memory: also how
+// much memory a keyframe takes, own ones and others'.
 
 #include <CLI/CLI.hpp>
 #include <cstdlib>
@@ -22,6 +23,7 @@
 #include "procs/common/tool.h"
 #include "procs/lcd/options.h"
 #include "tests/bench/place/cpu_clock.h"
+#include "tests/bench/place/memory.h"
 #include "tests/bench/place/pictures.h"
 #include "tests/bench/place/queries.h"
 #include "tests/bench/place/score.h"
@@ -45,6 +47,7 @@ struct Options {
   std::filesystem::path images;
   std::filesystem::path scenes;
   std::vector<int> queries;
+  int memory = 0;
 };
 
 struct Robot {
@@ -123,8 +126,15 @@ nlohmann::json run_scenes(const Options& options, const Robot& robot) {
 int run(const Options& options) {
   cv::setNumThreads(1);
   const Robot robot = read_robot(options.config);
-  std::cout << (options.scenes.empty() ? run_world(options, robot) : run_scenes(options, robot)).dump(1)
-            << "\n";
+  nlohmann::json memory;
+  if (options.memory > 0) {
+    const MemoryUse use =
+        memory_of(robot.vocabulary, robot.lcd.agent, robot.lcd.features.orb.features, options.memory);
+    memory = {{"keyframes", options.memory}, {"own_kb", use.own_kb}, {"other_kb", use.other_kb}};
+  }
+  nlohmann::json report = options.scenes.empty() ? run_world(options, robot) : run_scenes(options, robot);
+  report["memory"] = memory;
+  std::cout << report.dump(1) << "\n";
   return 0;
 }
 
@@ -142,5 +152,6 @@ int main(int argc, char** argv) {
   app.add_option("--images", options.images, "folder that keeps the pictures");
   app.add_option("--scenes", options.scenes, "folder of 7-Scenes' frames, instead of a simulated world");
   app.add_option("--queries", options.queries, "numbers of keyframes among which a query is timed");
+  app.add_option("--memory", options.memory, "number of keyframes of either kind whose memory is measured");
   return covey::run_tool(argc, argv, app, [&options] { return covey::bench::run(options); });
 }
