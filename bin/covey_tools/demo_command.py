@@ -23,6 +23,7 @@ of that round is there."""
 
 EPILOG = """worlds (configs/worlds)
   town      ground robots with cameras, IMU and depth in simulated streets; needs no data
+  rooms     the same robots in eight furnished rooms off a corridor, some of them alike; needs no data
   euroc-v1  real flights and their real IMU, from DATA/euroc/motion, through a furnished room that is drawn
   grid      a pose graph: robots in a town, noisy odometry, a third of all loop closures false; needs no data
   tunnels   the real pose graph of eight robots, from DATA/pose_graphs/tunnels

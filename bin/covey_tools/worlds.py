@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The worlds of bin/demo: configs/worlds/<name>.yaml, and where the pose graph of each comes from.
 
-A world is made of sensor data (town, euroc-v1: recordings.py has them made) or is a pose graph (grid, tunnels).
+A world is made of sensor data (town, rooms, euroc-v1: recordings.py has them made) or is a pose graph (grid, tunnels).
 """
 
 import csv

@@ -6,6 +6,7 @@
 //
 // town: a square grid of straight streets on the flat ground z = 0, closed in by houses. Every block holds a house, or is a garden or a
 // car park. A third of the houses are of one type, so that places look alike.
+// rooms: eight furnished rooms off a corridor, floor z = 0; some are furnished alike, with things and pictures of their own.
 // room: a furnished room around the volume in which the EuRoC V1 sequences fly (frame of their ground truth, floor z = 0).
 // hall: a machine hall around any flight, such as those of the EuRoC MH sequences.
 
@@ -19,7 +20,7 @@
 
 namespace covey::sim {
 
-// Streets as a graph of straight centre lines on the ground.
+// Where one drives, as a graph of straight centre lines on the ground.
 struct RoadGraph {
   std::vector<Eigen::Vector2d> junctions_W;
   std::vector<std::array<int, 2>> roads;  // pairs of junctions, first < second
@@ -54,6 +55,23 @@ inline Eigen::AlignedBox3d room_flight_volume() {
   return {Eigen::Vector3d(-2.4, -2.6, 0.75), Eigen::Vector3d(2.3, 3.6, 2.65)};
 }
 MeshWorld make_room(const RoomOptions& options = {});
+
+struct RoomsOptions {
+  std::uint64_t seed = 1;
+  int texture_side = 512;
+};
+
+// `roads` lead along the corridor and around the middle of each room. Rooms that are furnished alike, in the order of the corridor, north
+// then south: 0, 3 and 6; 1 and 4.
+MeshWorld make_rooms(const RoomsOptions& options = {});
+
+// Two rooms that are furnished alike, each by a frame on the floor in the middle of its door: y into the room, z up.
+struct AlikeRooms {
+  Eigen::Isometry3d T_W_A;
+  Eigen::Isometry3d T_W_B;
+};
+std::vector<AlikeRooms> alike_rooms();
+Eigen::AlignedBox3d rooms_inside();  // of every room, in its frame
 
 struct HallOptions {
   std::uint64_t seed = 1;

@@ -2,9 +2,9 @@
 #include <array>
 #include <vector>
 
+#include "core/sim/furnished_world.h"
 #include "core/sim/mesh_world.h"
 #include "core/sim/surfaces.h"
-#include "core/sim/walled_world.h"
 
 namespace covey::sim {
 namespace {
@@ -17,17 +17,15 @@ using Eigen::Vector3d;
 const Vector3d kLow(-4.2, -4.4, 0.0);
 const Vector3d kHigh(4.1, 5.4, 4.0);
 
-class Room : private WalledWorld {
+class Room : private FurnishedWorld {
  public:
   explicit Room(const RoomOptions& options)
-      : WalledWorld({"euroc-v1", options.seed, options.texture_side, {kLow, kHigh}, 190.0}),
+      : FurnishedWorld({"euroc-v1", options.seed, options.texture_side, {kLow, kHigh}, 190.0}),
         parquet_(paint(paint_parquet)),
         ceiling_(paint(paint_tiles)),
         steel_(paint(paint_steel)) {
     for (int& layer : wallpaper_) layer = paint(paint_wallpaper);
-    for (int& layer : wood_) layer = paint(paint_wood);
-    for (int& layer : carton_) layer = paint(paint_carton);
-    for (int& layer : books_) layer = paint(paint_books);
+    paint_furniture();
     paint_pictures();
   }
 
@@ -82,58 +80,6 @@ class Room : private WalledWorld {
     }
   }
 
-  void shelf(const Isometry3d& T_W_F, double width) {
-    const Material wood = any(wood_, Label::kShelf, 1.0);
-    const double height = random().uniform(1.3, 2.2);
-    box(T_W_F, {0.0, -0.38, 0.0}, {width, -0.01, height}, wood);
-    const auto at = [&](double x, double z) { return Vector3d(T_W_F * Vector3d(x, -0.385, z)); };
-    builder().quad(
-        {at(0.03, height - 0.03), at(0.03, 0.06), at(width - 0.03, 0.06), at(width - 0.03, height - 0.03)},
-        {0.0, 0.0, 1.0, height / 1.2}, any(books_, Label::kShelf, 1.2));
-  }
-
-  void table(const Isometry3d& T_W_F, double width) {
-    const Material wood = any(wood_, Label::kTable, 1.0);
-    const double depth = 0.75;
-    box(T_W_F, {0.0, -depth, 0.70}, {width, -0.05, 0.75}, wood);
-    for (const double x : {0.03, width - 0.09}) {
-      for (const double y : {-depth + 0.03, -0.11}) box(T_W_F, {x, y, 0.0}, {x + 0.06, y + 0.06, 0.70}, wood);
-    }
-    for (double x = 0.08; x < width - 0.4;) {
-      const double size = random().uniform(0.18, 0.34);
-      box(T_W_F, {x, -0.65, 0.75},
-          {x + size, -0.65 + random().uniform(0.2, 0.5), 0.75 + random().uniform(0.12, 0.4)},
-          any(carton_, Label::kBox, size));
-      x += size + random().uniform(0.05, 0.3);
-    }
-    chair(T_W_F * Eigen::Translation3d(0.5 * width, -depth - 0.1, 0.0) *
-          Eigen::AngleAxisd(random().uniform(-0.4, 0.4), Vector3d::UnitZ()));
-  }
-
-  // Low, since the vehicles pass above it.
-  void chair(const Isometry3d& T_W_F) {
-    const Material wood = any(wood_, Label::kChair, 1.0);
-    const double half = 0.19;
-    box(T_W_F, {-half, -half, 0.40}, {half, half, 0.44}, wood);
-    box(T_W_F, {-half, -half, 0.44}, {half, -half + 0.03, 0.85}, any(books_, Label::kChair, 0.8));
-    for (const double x : {-half, half - 0.04}) {
-      for (const double y : {-half, half - 0.04}) box(T_W_F, {x, y, 0.0}, {x + 0.04, y + 0.04, 0.40}, wood);
-    }
-  }
-
-  void stack(const Isometry3d& T_W_F, double width) {
-    double z = 0.0;
-    const int boxes = 2 + random().below(3);
-    for (int i = 0; i < boxes; ++i) {
-      const double height = random().uniform(0.3, 0.5);
-      const double half = 0.5 * width - random().uniform(0.02, 0.14);
-      const Isometry3d T_W_X = T_W_F * Eigen::Translation3d(0.5 * width, -0.55, z) *
-                               Eigen::AngleAxisd(random().uniform(-0.2, 0.2), Vector3d::UnitZ());
-      box(T_W_X, {-half, -half, 0.0}, {half, half, height}, any(carton_, Label::kBox, 2.0 * half));
-      z += height;
-    }
-  }
-
   // Rugs and flat boxes in the middle.
   void cover_floor() {
     const std::array<Vector2d, 5> places = {
@@ -147,7 +93,7 @@ class Room : private WalledWorld {
       picture({at(-x, y), at(-x, -y), at(x, -y), at(x, y)}, Label::kFloor);
       const double half = random().uniform(0.15, 0.3);
       box(T_W_F * Eigen::Translation3d(random().uniform(-0.3, 0.3), 0.2, 0.0), {-half, -half, 0.0},
-          {half, half, random().uniform(0.1, 0.22)}, any(carton_, Label::kBox, 2.0 * half));
+          {half, half, random().uniform(0.1, 0.22)}, carton(2.0 * half));
     }
   }
 
@@ -165,9 +111,6 @@ class Room : private WalledWorld {
   int ceiling_;
   int steel_;
   std::array<int, 4> wallpaper_ = {};
-  std::array<int, 3> wood_ = {};
-  std::array<int, 4> carton_ = {};
-  std::array<int, 6> books_ = {};
 };
 
 }  // namespace

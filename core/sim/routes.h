@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-// Where the robots of a team drive: walks through the streets of a town, on the right-hand side, that meet. Routes are drawn robot after
+// Where the robots of a team drive: walks through the streets of a town or the rooms of a floor, on the right-hand side, that meet. Routes are drawn robot after
 // robot; of many random walks that do not turn back, each robot takes the one that shares most lane with every robot before it (same place
 // and same direction, at another time), drives some lane of its own twice, meets early, and sees most that nobody else sees. Of several such teams the best is taken.
 

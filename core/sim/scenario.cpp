@@ -10,7 +10,7 @@
 namespace covey::sim {
 namespace {
 
-constexpr Utime kTownBegin = 1'600'000'000 * kUsPerSecond;
+constexpr Utime kDriveBegin = 1'600'000'000 * kUsPerSecond;
 
 enum class Purpose : std::uint64_t { kRoutes = 1, kSpeed, kSuspension, kImu };
 
@@ -18,24 +18,28 @@ std::uint64_t seed_for(std::uint64_t seed, Purpose purpose, int robot = 0) {
   return mix_seeds(mix_seeds(seed, static_cast<std::uint64_t>(purpose)), static_cast<std::uint64_t>(robot));
 }
 
-Scenario make_town_scenario(const ScenarioOptions& options) {
-  TownOptions town;
-  town.seed = options.seed;
+// Rooms are narrow: slow, and round corners within the lane.
+DriveOptions drive_in(const ScenarioOptions& options, int robot) {
+  Random random(seed_for(options.seed, Purpose::kSpeed, robot));
+  if (options.world == "town") return {.speed = random.uniform(1.4, 1.5)};
+  return {.speed = random.uniform(0.7, 0.8), .acceleration = 0.5, .corner_m = 0.8};
+}
+
+Scenario make_drives(const ScenarioOptions& options) {
   Scenario scenario;
-  scenario.world = make_town(town);
+  scenario.world =
+      options.world == "town" ? make_town({.seed = options.seed}) : make_rooms({.seed = options.seed});
   scenario.robots = options.robots;
 
   std::vector<DriveOptions> drives;
   RouteOptions routes{.lengths_m = {}, .seed = seed_for(options.seed, Purpose::kRoutes)};
   for (int r = 0; r < options.robots; ++r) {
-    DriveOptions drive_options;
-    drive_options.speed = Random(seed_for(options.seed, Purpose::kSpeed, r)).uniform(1.4, 1.5);
-    drives.push_back(drive_options);
-    routes.lengths_m.push_back(driven_length(drive_options, options.seconds));
+    drives.push_back(drive_in(options, r));
+    routes.lengths_m.push_back(driven_length(drives.back(), options.seconds));
   }
   scenario.ride = [options, drives, paths = choose_routes(scenario.world.roads, routes)](int robot) {
     Ride ride;
-    ride.motion = drive(paths[robot], drives[robot], kTownBegin, options.seconds,
+    ride.motion = drive(paths[robot], drives[robot], kDriveBegin, options.seconds,
                         seed_for(options.seed, Purpose::kSuspension, robot));
     ride.imu = simulate_imu(ride.motion, {.noise = options.imu},
                             seed_for(options.imu_seed.value_or(options.seed), Purpose::kImu, robot));
@@ -156,8 +160,8 @@ std::string world_for(const std::filesystem::path& motion) {
 
 Scenario make_scenario(const ScenarioOptions& options) {
   if (options.world.starts_with("euroc")) return make_euroc_scenario(options);
-  COVEY_CHECK(options.world == "town");
-  return make_town_scenario(options);
+  COVEY_CHECK(options.world == "town" || options.world == "rooms");
+  return make_drives(options);
 }
 
 }  // namespace covey::sim

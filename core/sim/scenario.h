@@ -3,7 +3,7 @@
 
 // A team in a world: what there is to see, how each robot moves through it, and what its IMU measures. All robots begin at one utime.
 //
-// town: drives through the streets (core/sim/routes.h), with a simulated IMU. euroc-v1: robot i flies as the vehicle of EuRoC's sequence
+// town, rooms: drives through the streets, or along a corridor and around in rooms (core/sim/routes.h), with a simulated IMU. euroc-v1: robot i flies as the vehicle of EuRoC's sequence
 // V1_0<i+1> did, with its real IMU samples, from two seconds before it took off; the stamps are moved to a common begin. euroc-mh: the same with
 // the four sequences MH_01, MH_03, MH_04 and MH_05, in a machine hall. Any other recorded flight can be flown in their place.
 
@@ -37,7 +37,7 @@ struct ScenarioOptions {
 };
 
 struct Ride {
-  std::string name;  // of the sequence; empty in a town
+  std::string name;  // of the sequence; empty where one drives
   Motion motion;
   ImuRecord imu;
   std::optional<EurocEvidence> evidence;  // of a smoothed motion

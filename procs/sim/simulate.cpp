@@ -54,8 +54,9 @@ SimOptions with_defaults(SimOptions options) {
 void check(const SimOptions& options) {
   if (!options.motion.empty() && !options.world.starts_with("euroc"))
     throw_input_error("--motion is for --world euroc-v1 and euroc-mh");
-  if (options.imu_seed && options.world != "town")
-    throw_input_error("--imu-seed is for --world town; recorded flights have the IMU that was recorded");
+  if (options.imu_seed && options.world != "town" && options.world != "rooms")
+    throw_input_error(
+        "--imu-seed is for --world town and rooms; recorded flights have the IMU that was recorded");
   if (options.robot >= options.robots) {
     throw_input_error("--robot {}: there are only robots 0 to {}; raise --robots", options.robot,
                       options.robots - 1);
@@ -120,11 +121,12 @@ void simulate_team(const SimOptions& options) {
 void add_sim_options(CLI::App& app, SimOptions& options) {
   app.add_option(
          "--world", options.world,
-         "town: ground robots in streets; euroc-v1, euroc-mh: EuRoC's motion and IMU in a furnished room, in "
+         "town: ground robots in streets; rooms: the same in rooms off a corridor; euroc-v1, euroc-mh: "
+         "EuRoC's motion and IMU in a furnished room, in "
          "a "
          "machine hall; grid: a pose graph of robots that drive through a town (default: town, with --graph "
          "grid, with --motion the one of euroc-v1 and euroc-mh that it fits in)")
-      ->check(CLI::IsMember({"town", "euroc-v1", "euroc-mh", "grid"}));
+      ->check(CLI::IsMember({"town", "rooms", "euroc-v1", "euroc-mh", "grid"}));
   app.add_option("--robots", options.robots, "how many robots there are")
       ->check(CLI::Range(1, 64))
       ->capture_default_str();
@@ -137,8 +139,9 @@ void add_sim_options(CLI::App& app, SimOptions& options) {
       ->check(CLI::Range(2.0, 100'000.0));
   app.add_option("--seed", options.seed, "the same seed gives the same world and the same bytes")
       ->capture_default_str();
-  app.add_option("--imu-seed", options.imu_seed,
-                 "town: the same drive seen by an IMU with errors of this seed (default: that of --seed)");
+  app.add_option(
+      "--imu-seed", options.imu_seed,
+      "town, rooms: the same drive seen by an IMU with errors of this seed (default: that of --seed)");
   app.add_option("--data", options.data,
                  "folder with recorded motion, euroc/motion/SEQUENCE (default: the variable COVEY_DATA)");
   app.add_option(

@@ -113,7 +113,7 @@ class WorldsTest(unittest.TestCase):
             self.assertGreater(world.barc2, 1.0)
 
     def test_refusals(self):
-        with self.assertRaisesRegex(InputError, "no such world; expected one of euroc-v1, grid, town, tunnels"):
+        with self.assertRaisesRegex(InputError, "no such world; expected one of euroc-v1, grid, rooms, town, tunnels"):
             worlds.load("moon")
         with self.assertRaisesRegex(InputError, "take --world grid"):
             worlds.check(worlds.load("tunnels"), "/nowhere")

@@ -169,7 +169,7 @@ class GraphDemo(DemoRun):
             self.assertFalse(os.path.exists(f"/proc/{pid}"), f"process {pid} lives on")
 
     def test_refusals(self):
-        for arguments, sentence in ((["--world", "moon"], "expected one of euroc-v1, grid, town, tunnels"),
+        for arguments, sentence in ((["--world", "moon"], "expected one of euroc-v1, grid, rooms, town, tunnels"),
                                     (["--world", "tunnels", "--data", "/nowhere"], "take --world grid, which needs no"),
                                     (["--world", "euroc-v1", "--data", "/nowhere"], "/nowhere/euroc/motion: no such folder"),
                                     (["--radio", "/nowhere.yaml"], "no such file"),

@@ -58,29 +58,75 @@ TEST_CASE("a town follows from its seed, and has every class of a town") {
   }
 }
 
+// Nothing of a world from 1 cm to `tallest` above where one drives.
+int in_the_way(const MeshWorld& world, double tallest) {
+  std::vector<AlignedBox3d> free;
+  for (const auto& [first, second] : world.roads.roads) {
+    AlignedBox3d box;
+    for (const int junction : {first, second}) {
+      const Eigen::Vector2d& p = world.roads.junctions_W[static_cast<std::size_t>(junction)];
+      const double half = world.roads.clear_half_width_m;
+      box.extend(Vector3d(p.x() - half, p.y() - half, 0.01));
+      box.extend(Vector3d(p.x() + half, p.y() + half, tallest));
+    }
+    free.push_back(box);
+  }
+  int count = 0;
+  for (const auto& face : world.mesh.faces) {
+    const AlignedBox3d box = box_of(world.mesh, face);
+    for (const AlignedBox3d& road : free) count += box.intersects(road);
+  }
+  return count;
+}
+
 TEST_CASE("nothing stands on a town's streets, for any seed") {
   for (std::uint64_t seed = 1; seed <= 8; ++seed) {
     const MeshWorld town = make_town({.seed = seed, .texture_side = 1});
-    const RoadGraph& roads = town.roads;
-    REQUIRE(roads.junctions_W.size() == 25);
-    REQUIRE(roads.roads.size() == 40);
-    std::vector<AlignedBox3d> free;
-    for (const auto& [first, second] : roads.roads) {
+    REQUIRE(town.roads.junctions_W.size() == 25);
+    REQUIRE(town.roads.roads.size() == 40);
+    CHECK(in_the_way(town, 9.0) == 0);
+  }
+}
+
+TEST_CASE("rooms follow from their seed, and nothing stands where one drives through them") {
+  for (std::uint64_t seed = 1; seed <= 8; ++seed) {
+    const MeshWorld rooms = make_rooms({.seed = seed, .texture_side = 1});
+    check_consistent(rooms);
+    CHECK(same(rooms, make_rooms({.seed = seed, .texture_side = 1})));
+    CHECK_FALSE(same(rooms, make_rooms({.seed = seed + 1, .texture_side = 1})));
+    CHECK(in_the_way(rooms, 2.0) == 0);
+  }
+}
+
+// Names of what stands in a room, with its size and where its middle is across the floor, to 30 cm: a hand's breadth is allowed.
+int shelves_in_place(const MeshWorld& world, const AlikeRooms& alike) {
+  const auto shelves = [&](const Eigen::Isometry3d& T_W_R) {
+    std::vector<AlignedBox3d> boxes;
+    for (std::size_t k = 0; k < world.mesh.faces.size(); ++k) {
+      const auto& face = world.mesh.faces[k];
+      if (world.mesh.labels[face[0]] != static_cast<std::uint16_t>(Label::kShelf)) continue;
       AlignedBox3d box;
-      for (const int junction : {first, second}) {
-        const Eigen::Vector2d& p = roads.junctions_W[static_cast<std::size_t>(junction)];
-        const double half = roads.clear_half_width_m;
-        box.extend(Vector3d(p.x() - half, p.y() - half, 0.01));
-        box.extend(Vector3d(p.x() + half, p.y() + half, 9.0));
-      }
-      free.push_back(box);
+      for (const std::uint32_t corner : face)
+        box.extend(T_W_R.inverse() * world.mesh.vertices[corner].cast<double>());
+      if (rooms_inside().contains(box)) boxes.push_back(box);
     }
-    int in_the_way = 0;
-    for (const auto& face : town.mesh.faces) {
-      const AlignedBox3d box = box_of(town.mesh, face);
-      for (const AlignedBox3d& road : free) in_the_way += box.intersects(road);
-    }
-    CHECK(in_the_way == 0);
+    return boxes;
+  };
+  const auto a = shelves(alike.T_W_A);
+  const auto b = shelves(alike.T_W_B);
+  if (a.size() != b.size()) return 0;
+  int count = 0;
+  for (std::size_t k = 0; k < a.size(); ++k)
+    count += (a[k].sizes() - b[k].sizes()).norm() < 1e-4 && (a[k].center() - b[k].center()).norm() < 0.25;
+  return count == static_cast<int>(a.size()) ? count : 0;
+}
+
+TEST_CASE("rooms that are alike have the same furniture in the same places, nearly") {
+  const MeshWorld rooms = make_rooms({.seed = 1, .texture_side = 1});
+  REQUIRE(alike_rooms().size() == 4);
+  for (const AlikeRooms& alike : alike_rooms()) {
+    CHECK(shelves_in_place(rooms, alike) > 10);
+    CHECK((alike.T_W_A.translation() - alike.T_W_B.translation()).norm() > 6.0);
   }
 }
 
