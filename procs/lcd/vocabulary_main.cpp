@@ -6,9 +6,14 @@
 
 int main(int argc, char** argv) {
   covey::VocabularyTool tool;
-  CLI::App app{"trains lcd's vocabulary: hierarchical k-medians over the ORB features of images",
-               "lcd_vocabulary"};
-  app.add_option("SOURCE", tool.sources, "image files, folders of them, sensor logs (*.lcm)")->required();
+  CLI::App app{
+      "trains lcd's vocabulary (hierarchical k-medians over the ORB features of images), or takes one of "
+      "DBoW2's",
+      "lcd_vocabulary"};
+  auto* from = app.add_option_group("from")->require_option(1);
+  from->add_option("SOURCE", tool.sources, "image files, folders of them, sensor logs (*.lcm)");
+  from->add_option("--dbow2", tool.dbow2,
+                   "a vocabulary of DBoW2's: text (ORBvoc.txt) or OpenCV's YAML, gzipped or not");
   app.add_option("--out", tool.out, "the vocabulary file to write")->required();
   app.add_option("--every", tool.every, "takes every Nth image of each source")->check(CLI::Range(1, 100000));
   app.add_option("--branching", tool.training.branching, "children of a node")

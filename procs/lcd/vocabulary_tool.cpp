@@ -13,6 +13,7 @@
 
 #include "core/base/bands.h"
 #include "core/base/error.h"
+#include "core/place/dbow2_vocabulary.h"
 #include "core/place/orb.h"
 #include "procs/common/channels.h"
 #include "procs/common/log_file.h"
@@ -68,6 +69,14 @@ void read_images(const std::filesystem::path& source, const TakeImage& take) {
 }  // namespace
 
 int VocabularyTool::run() const {
+  const place::Vocabulary vocabulary = dbow2.empty() ? train() : place::read_dbow2(dbow2);
+  vocabulary.save(out);
+  fmt::print("{}: {} words, {} bytes, hash {:016x}\n", out.string(), vocabulary.words(),
+             std::filesystem::file_size(out), vocabulary.hash());
+  return 0;
+}
+
+place::Vocabulary VocabularyTool::train() const {
   cv::setNumThreads(1);
   Images images;
   std::size_t descriptors = 0;
@@ -82,12 +91,8 @@ int VocabularyTool::run() const {
     fmt::print("{}: {} of {} images\n", source.string(), images.size() - before, seen);
   }
   if (descriptors == 0) throw_input_error("no image has a feature: there is nothing to train from");
-  const place::Vocabulary vocabulary = place::train_vocabulary(images, training);
-  vocabulary.save(out);
-  fmt::print("{}: {} words from {} descriptors of {} images, {} bytes, hash {:016x}\n", out.string(),
-             vocabulary.words(), descriptors, images.size(), std::filesystem::file_size(out),
-             vocabulary.hash());
-  return 0;
+  fmt::print("{} descriptors of {} images\n", descriptors, images.size());
+  return place::train_vocabulary(images, training);
 }
 
 }  // namespace covey

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-// Trains lcd's vocabulary from images: files, folders (with all below them, by name) and sensor logs (STEREO, both cameras).
+// Trains lcd's vocabulary from images: files, folders (with all below them, by name) and sensor logs (STEREO, both cameras); or takes one of DBoW2's.
 
 #include <filesystem>
 #include <vector>
@@ -13,12 +13,16 @@ namespace covey {
 
 struct VocabularyTool {
   std::vector<std::filesystem::path> sources;
+  std::filesystem::path dbow2;  // instead of sources
   std::filesystem::path out;
   int every = 1;  // image of each source that is taken
   place::TrainingOptions training;
 
   // Prints what it read and made; the exit code. Throws InputError.
   int run() const;
+
+ private:
+  place::Vocabulary train() const;
 };
 
 }  // namespace covey
