@@ -9,8 +9,7 @@
 namespace covey::place {
 namespace {
 
-constexpr int kMostAskedFor = 32;  // keyframes in one request
-constexpr int kBeforeAtMost = 5;   // ids, to a keyframe that still is "the one before"
+constexpr int kBeforeAtMost = 5;  // ids, to a keyframe that still is "the one before"
 
 KeyframeName end_a(const loop_t& loop) { return {loop.robot_a, loop.segment_a, loop.id_a}; }
 KeyframeName end_b(const loop_t& loop) { return {loop.robot_b, loop.segment_b, loop.id_b}; }
@@ -24,6 +23,7 @@ LcdAgent::LcdAgent(int robot, std::int64_t stream, std::shared_ptr<const Vocabul
       vocabulary_(std::move(vocabulary)),
       options_(options),
       exchange_(robot, static_cast<std::int64_t>(vocabulary_->hash()), options.exchange),
+      asking_(robot, options.asking),
       allowance_(options_.verifications_per_s) {}
 
 const char* LcdAgent::add(const KeyframeName& name, Utime utime, FrameFeatures features, Utime now) {
@@ -66,7 +66,7 @@ const char* LcdAgent::receive(const lcd_bag_t& message, Utime now) {
   if (!exchange_.take(name)) return "duplicate";
   if (const char* reason = remember(name, message.utime, std::move(bag))) return reason;
   records_.emplace_back(message);
-  asks_left_.try_emplace(name.robot, options_.asked_at_once).first->second += options_.asks_per_keyframe;
+  asking_.allow(name.robot);
   look_for(name, robot_);
   ask(now);
   return nullptr;
@@ -101,13 +101,13 @@ const char* LcdAgent::receive(const lcd_more_t& message, Utime now) {
 const char* LcdAgent::receive(const lcd_frame_t& message, Utime now) {
   if (message.from == robot_ || message.to != robot_) return "robot";
   const KeyframeName name{message.from, message.segment, message.id};
-  const auto asked = asked_.find(name);
-  if (asked == asked_.end()) return "unasked";
+  const auto known = asking_.known(name);
+  if (!known) return "unasked";
   FrameFeatures features;
   if (const char* reason = read_frame(message, features)) return reason;
   hear(message.from, now);
-  if (asked->second.known > 0) return take_more(name, features);
-  asked_.erase(asked);
+  if (*known > 0) return take_more(name, features);
+  asking_.end(name);
   funnel_.count(message.from, "answered");
   if (features.size() == 0) {
     forget_candidates(name, "gone");
@@ -147,25 +147,8 @@ const char* LcdAgent::receive(const lcd_loop_t& message, Utime now) {
 }
 
 void LcdAgent::tick(Utime now) {
-  std::vector<KeyframeName> unanswered;
-  for (auto& [name, asked] : asked_) {
-    if (now < asked.again || !exchange_.present(name.robot, now)) continue;
-    if (asked.times >= options_.ask_times) {
-      unanswered.push_back(name);
-      continue;
-    }
-    asked.again = now + (options_.ask_again_us << asked.times);
-    ++asked.times;
-    if (asked.known > 0) {
-      ask_for_more(name, asked.known, now);
-    } else {
-      ask_for({name}, now);
-    }
-  }
-  for (const KeyframeName& name : unanswered) {
-    asked_.erase(name);
-    forget_candidates(name, "unanswered");
-  }
+  const auto in_range = [&](int robot) { return exchange_.present(robot, now); };
+  for (const KeyframeName& name : asking_.give_up(now, in_range)) forget_candidates(name, "unanswered");
   tell(now);
   ask(now);
   exchange_bags(now);
@@ -179,7 +162,8 @@ bool LcdAgent::work(Utime now) {
   });
   const auto best = std::find_if(waiting_.begin(), waiting_.end(),
                                  [this](const Candidate& candidate) { return can_verify(candidate); });
-  if (best == waiting_.end() || !spend_verification(now)) return false;
+  if (best == waiting_.end()) return look_again(now);
+  if (!spend_verification(now)) return false;
   const Candidate candidate = *best;
   waiting_.erase(best);
   verify_candidate(candidate, now);
@@ -188,16 +172,13 @@ bool LcdAgent::work(Utime now) {
 }
 
 bool LcdAgent::is_busy(Utime now) const {
-  // A robot that has not answered twice may have gone; nobody should wait for it.
-  const bool asked = std::any_of(asked_.begin(), asked_.end(), [&](const auto& each) {
-    return each.second.times <= 2 && exchange_.present(each.first.robot, now);
-  });
   const bool telling = std::any_of(untold_.begin(), untold_.end(), [&](const auto& each) {
     return each.second.period <= 2 * options_.repeat_loop_us && exchange_.present(each.second.to, now);
   });
   const bool ready = std::any_of(waiting_.begin(), waiting_.end(),
                                  [this](const Candidate& candidate) { return can_verify(candidate); });
-  return asked || telling || ready || exchange_.owes(now);
+  const auto in_range = [&](int robot) { return exchange_.present(robot, now); };
+  return asking_.waits(in_range) || telling || ready || !restored_.empty() || exchange_.owes(now);
 }
 
 void LcdAgent::restore(const LcdRecord& record) {
@@ -207,6 +188,7 @@ void LcdAgent::restore(const LcdRecord& record) {
     if (read_bag(*bag, vocabulary_->words(), counts)) return;
     const KeyframeName name{bag->from, bag->segment, bag->id};
     if (remember(name, bag->utime, vocabulary_->bag(counts))) return;
+    restored_.push_back(name);
     if (name.robot != robot_) {
       exchange_.take(name);
       return;
@@ -252,9 +234,7 @@ std::map<Utime, int> LcdAgent::own_positions() const {
 // One that comes into range has waited for nothing until now: what is under way is given its time again.
 void LcdAgent::hear(int robot, Utime now) {
   if (!exchange_.hear(robot, now)) return;
-  for (auto& [name, asked] : asked_) {
-    if (name.robot == robot) asked = {now + options_.ask_again_us, 1, asked.known};
-  }
+  asking_.hear(robot, now);
   for (auto& [loop, untold] : untold_) {
     if (untold.to != robot) continue;
     untold.period = options_.repeat_loop_us;
@@ -316,7 +296,21 @@ void LcdAgent::look_for(const KeyframeName& name, int robot) {
   }
 }
 
+// What was found before a restart and not verified yet; what was verified in vain is found once more too, and pays out of the same budget.
+bool LcdAgent::look_again(Utime now) {
+  if (restored_.empty()) return false;
+  const KeyframeName name = restored_.back();
+  restored_.pop_back();
+  look_for(name, robot_);
+  ask(now);
+  return true;
+}
+
 void LcdAgent::add_candidate(const Candidate& candidate) {
+  const bool waits = std::any_of(waiting_.begin(), waiting_.end(), [&](const Candidate& other) {
+    return other.own == candidate.own && other.other == candidate.other;
+  });
+  if (waits) return;  // found again after a restart, from its other end
   funnel_.count(candidate.other.robot, "candidate");
   if (is_redundant(candidate)) {
     funnel_.refuse(candidate.other.robot, "redundant");
@@ -366,44 +360,25 @@ void LcdAgent::keep_features_of_other(const KeyframeName& name, FrameFeatures fe
   if (others_features_.insert_or_assign(name, std::move(features)).second) others_order_.push_back(name);
   if (static_cast<int>(others_order_.size()) > options_.others_features) {
     others_features_.erase(others_order_.front());
-    more_asked_.erase(others_order_.front());
+    asking_.forget(others_order_.front());
     others_order_.pop_front();
   }
 }
 
 // For the most similar candidates whose features are not here.
 void LcdAgent::ask(Utime now) {
-  std::map<int, int> open;
-  for (const auto& [name, asked] : asked_) ++open[name.robot];
-  std::map<int, std::vector<KeyframeName>> wanted;
   for (const Candidate& candidate : waiting_) {
     const KeyframeName& name = candidate.other;
     if (candidate.similarity < options_.ask_similarity) break;
-    if (features_of(name) || !exchange_.present(name.robot, now) || asked_.contains(name) ||
-        is_redundant(candidate))
-      continue;
-    double& left = asks_left_.try_emplace(name.robot, options_.asked_at_once).first->second;
-    if (open[name.robot] >= options_.asked_at_once || left < 1.0) continue;
-    ++open[name.robot];
-    left -= 1.0;
-    asked_[name] = {now + options_.ask_again_us, 1, 0};
-    wanted[name.robot].push_back(name);
-    funnel_.count(name.robot, "asked");
+    if (features_of(name) || !exchange_.present(name.robot, now) || is_redundant(candidate)) continue;
+    if (asking_.ask(name, now)) funnel_.count(name.robot, "asked");
   }
-  for (const auto& [robot, names] : wanted) ask_for(names, now);
+  send_questions(now);
 }
 
-void LcdAgent::ask_for(const std::vector<KeyframeName>& names, Utime now) {
-  lcd_request_t request{};
-  request.utime = now;
-  request.from = robot_;
-  request.to = names.front().robot;
-  for (const KeyframeName& name : names) {
-    request.segments.push_back(name.segment);
-    request.ids.push_back(name.id);
-  }
-  request.n = static_cast<std::int32_t>(names.size());
-  outgoing_.emplace_back(request);
+void LcdAgent::send_questions(Utime now) {
+  for (const Asking::Question& question : asking_.take(now))
+    std::visit([this](const auto& message) { outgoing_.emplace_back(message); }, question);
 }
 
 bool LcdAgent::can_verify(const Candidate& candidate) const {
@@ -419,33 +394,16 @@ bool LcdAgent::is_nearly_enough(const Candidate& candidate, const Verification& 
   return why == "matches" || why == "five_point" || why == "three_point" || why == "inliers";
 }
 
-// Once for each keyframe. It costs as much as two others, and is paid from the same budget.
 void LcdAgent::ask_for_more(Candidate candidate, Utime now) {
-  const KeyframeName name = candidate.other;
-  const auto asked = asked_.find(name);
-  if (asked == asked_.end()) {
-    constexpr double kCost = 2.0;
-    double& left = asks_left_.try_emplace(name.robot, options_.asked_at_once).first->second;
-    if (left < kCost || !exchange_.present(name.robot, now) || !more_asked_.insert(name).second) return;
-    left -= kCost;
+  const KeyframeName& name = candidate.other;
+  if (!asking_.known(name)) {
     const auto known = static_cast<int>(features_of(name)->size());
-    asked_[name] = {now + options_.ask_again_us, 1, known};
+    if (!exchange_.present(name.robot, now) || !asking_.ask_for_more(name, known, now)) return;
     funnel_.count(name.robot, "asked_more");
-    ask_for_more(name, known, now);
+    send_questions(now);
   }
   candidate.awaits_more = true;
   insert_candidate(candidate);
-}
-
-void LcdAgent::ask_for_more(const KeyframeName& name, int known, Utime now) {
-  lcd_more_t message{};
-  message.utime = now;
-  message.from = robot_;
-  message.to = name.robot;
-  message.segment = name.segment;
-  message.id = name.id;
-  message.known = known;
-  outgoing_.emplace_back(message);
 }
 
 const char* LcdAgent::take_more(const KeyframeName& name, const FrameFeatures& features) {
@@ -454,7 +412,7 @@ const char* LcdAgent::take_more(const KeyframeName& name, const FrameFeatures& f
   if (known != others_features_.end() && features.size() > 0 &&
       features.descriptors.front() == known->second.descriptors.front())
     return "duplicate";
-  asked_.erase(name);
+  asking_.end(name);
   if (known == others_features_.end() || features.size() == 0) {
     forget_candidates(name, "gone");
     return nullptr;

@@ -30,12 +30,12 @@
 #include <deque>
 #include <map>
 #include <memory>
-#include <set>
 #include <tuple>
 #include <utility>
 #include <variant>
 #include <vector>
 
+#include "core/place/asking.h"
 #include "core/place/bag_exchange.h"
 #include "core/place/database.h"
 #include "core/place/funnel.h"
@@ -48,24 +48,21 @@ struct LcdOptions {
   double least_similarity = 0.1;  // normalised
   double least_self_similarity =
       0.02;  // to the keyframe before: below that a keyframe says nothing, and is not looked for
-  double ask_similarity = 0.6;      // from here on features of other robots are asked for: 5.5 kB on the air
-  double asks_per_keyframe = 0.35;  // that was heard of another robot, on average: the most similar first
-  int candidates = 2;               // of one keyframe among those of one robot
-  int least_features = 50;          // a keyframe with fewer is of no use
+  double ask_similarity = 0.6;  // from here on features of other robots are asked for, the most similar first
+  int candidates = 2;           // of one keyframe among those of one robot
+  int least_features = 50;      // a keyframe with fewer is of no use
   Utime recent_us = 10 * kUsPerSecond;  // own keyframes of the same segment nearer in time are no closure
   int redundant = 1;  // ids from an accepted closure, at both ends, that are not looked at any more
   double verifications_per_s = 8.0;
-  int waiting = 200;                      // candidates that wait to be verified; the least similar go first
-  int keyframes = 5000;                   // of each robot that are remembered
-  int sent_features = 150;                // of a keyframe, to who asks for them
-  int more_features = 350;                // after them, to who asks for more: as many bytes as two others
-  int nearly_matches = 12;                // that were found in vain, from which on more are asked for
-  int others_features = 100;              // keyframes of other robots of which features are kept
-  int asked_at_once = 4;                  // keyframes of one robot
-  Utime ask_again_us = 5 * kUsPerSecond;  // doubles
-  int ask_times = 5;
+  int waiting = 200;                        // candidates that wait to be verified; the least similar go first
+  int keyframes = 5000;                     // of each robot that are remembered
+  int sent_features = 150;                  // of a keyframe, to who asks for them
+  int more_features = 350;                  // after them, to who asks for more: as many bytes as two others
+  int nearly_matches = 12;                  // that were found in vain, from which on more are asked for
+  int others_features = 100;                // keyframes of other robots of which features are kept
   Utime repeat_loop_us = 5 * kUsPerSecond;  // doubles up to twelve times that
   int most_loops = 100'000;
+  AskingOptions asking;
   ExchangeOptions exchange;
   VerificationOptions verification;
 };
@@ -93,13 +90,14 @@ class LcdAgent {
 
   // Sends what others lack; asks and tells again what has not been answered.
   void tick(Utime now);
-  // Verifies at most one candidate, some 10 ms of work; false: there was none that could be.
+  // Verifies at most one candidate, some 10 ms of work, or looks for those that waited before a restart, of one keyframe; false: there is
+  // nothing to be done.
   bool work(Utime now);
 
   // Something is to be verified, or was sent, asked or told a short while ago to a robot in range and is not answered yet.
   bool is_busy(Utime now) const;
 
-  // Before anything else: what an earlier run of this robot's left behind, in its order.
+  // Before anything else: what an earlier run of this robot's left behind, in its order. Candidates are not kept: work() finds them again.
   void restore(const LcdRecord& record);
 
   std::vector<LcdMessage> take_outgoing() { return std::exchange(outgoing_, {}); }
@@ -135,11 +133,6 @@ class LcdAgent {
     double similarity = 0.0;
     bool awaits_more = false;  // features: nearly enough are here
   };
-  struct Asked {
-    Utime again = 0;
-    int times = 1;
-    int known = 0;  // features that are here already
-  };
   struct Untold {
     int to = 0;
     Utime again = 0;  // 0: not told yet
@@ -153,6 +146,7 @@ class LcdAgent {
   const char* remember(const KeyframeName& name, Utime utime, BagOfWords bag);
   double self_similarity(const KeyframeName& name) const;
   void look_for(const KeyframeName& name, int robot);
+  bool look_again(Utime now);
   void add_candidate(const Candidate& candidate);
   void insert_candidate(const Candidate& candidate);
   KeyframeName own_end(const KeyframeName& a, const KeyframeName& b) const;
@@ -161,11 +155,10 @@ class LcdAgent {
   const FrameFeatures* features_of(const KeyframeName& name) const;
   void keep_features_of_other(const KeyframeName& name, FrameFeatures features);
   void ask(Utime now);
-  void ask_for(const std::vector<KeyframeName>& names, Utime now);
+  void send_questions(Utime now);
   bool can_verify(const Candidate& candidate) const;
   bool is_nearly_enough(const Candidate& candidate, const Verification& verification) const;
   void ask_for_more(Candidate candidate, Utime now);
-  void ask_for_more(const KeyframeName& name, int known, Utime now);
   const char* take_more(const KeyframeName& name, const FrameFeatures& features);
   void forget_candidates(const KeyframeName& other, const char* why);
   void verify_candidate(const Candidate& candidate, Utime now);
@@ -188,9 +181,8 @@ class LcdAgent {
   std::map<KeyframeName, FrameFeatures> others_features_;
   std::deque<KeyframeName> others_order_;
   std::vector<Candidate> waiting_;
-  std::map<KeyframeName, Asked> asked_;
-  std::set<KeyframeName> more_asked_;  // among others_features_
-  std::map<int, double> asks_left_;    // by other robot
+  Asking asking_;
+  std::vector<KeyframeName> restored_;  // that were not looked for again yet; the newest last
   std::vector<loop_t> loops_;
   std::map<Joint, std::vector<std::pair<int, int>>> joints_;
   std::map<std::size_t, Untold> untold_;  // by index of the loop

@@ -58,7 +58,7 @@ LcdNodeOptions read_lcd_options(ConfigSection& section, const Rig& rig) {
   section.read("least_similarity", agent.least_similarity, 0.0, 1.0);
   section.read("least_self_similarity", agent.least_self_similarity, 0.0, 1.0);
   section.read("ask_similarity", agent.ask_similarity, 0.0, 10.0);
-  section.read("asks_per_keyframe", agent.asks_per_keyframe, 0.0, 100.0);
+  section.read("asks_per_keyframe", agent.asking.per_keyframe, 0.0, 100.0);
   section.read("candidates", agent.candidates, 1, 100);
   section.read("least_features", agent.least_features, 1, place::kMostFeatures);
   read_seconds(section, "recent_s", agent.recent_us, 0.0, 3600.0);
@@ -70,9 +70,9 @@ LcdNodeOptions read_lcd_options(ConfigSection& section, const Rig& rig) {
   section.read("more_features", agent.more_features, 0, place::kMostFeatures);
   section.read("nearly_matches", agent.nearly_matches, 1, place::kMostFeatures);
   section.read("others_features", agent.others_features, 1, 100'000);
-  section.read("asked_at_once", agent.asked_at_once, 1, 32);
-  read_seconds(section, "ask_again_s", agent.ask_again_us, 0.1, 600.0);
-  section.read("ask_times", agent.ask_times, 1, 20);
+  section.read("asked_at_once", agent.asking.at_once, 1, place::kMostAskedFor);
+  read_seconds(section, "ask_again_s", agent.asking.again_us, 0.1, 600.0);
+  section.read("ask_times", agent.asking.times, 1, 20);
   read_seconds(section, "repeat_loop_s", agent.repeat_loop_us, 0.1, 600.0);
   read_verification(section, rig, agent.verification);
   return options;

@@ -15,7 +15,7 @@ constexpr Utime kEnd = 900 * kSecond;
 
 LcdOptions quick() {
   LcdOptions options;
-  options.ask_again_us = 2 * kSecond;
+  options.asking.again_us = 2 * kSecond;
   options.repeat_loop_us = 2 * kSecond;
   options.verifications_per_s = 20.0;
   return options;

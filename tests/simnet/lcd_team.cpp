@@ -47,7 +47,7 @@ class Street {
 
 LcdOptions impatient() {
   LcdOptions options;
-  options.ask_again_us = kSecond;
+  options.asking.again_us = kSecond;
   options.repeat_loop_us = kSecond;
   options.verifications_per_s = 20.0;
   return options;

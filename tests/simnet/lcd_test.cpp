@@ -30,7 +30,8 @@ TEST_CASE("on a perfect network every pair finds closures, and each is verified 
     REQUIRE(team.agent(other).keyframes(verifier) == 0);  // it does not even look
     const auto& funnel = team.agent(verifier).funnel().by_robot().at(other);
     REQUIRE(static_cast<double>(funnel.at("asked")) <=
-            options.asked_at_once + options.asks_per_keyframe * static_cast<double>(funnel.at("received")));
+            options.asking.at_once +
+                options.asking.per_keyframe * static_cast<double>(funnel.at("received")));
     REQUIRE(verifier_of(b, a) == verifier);
   }
   for (int robot = 0; robot < 3; ++robot) {
@@ -81,6 +82,46 @@ TEST_CASE("a restarted robot goes on with its closures, with and without its mem
   }
 }
 
+// A robot whose lcd is killed when it has all words and features of a street, before it verified anything.
+TEST_CASE("what waited for verification at a restart is found again") {
+  const int verifier = verifier_of(0, 1);
+  const int other = 1 - verifier;
+  const LcdOptions options;
+  LcdAgent first(verifier, 1, street_vocabulary(), options);
+  LcdAgent peer(other, 1, street_vocabulary(), options);
+  Utime now = 0;
+  const auto pass = [&](LcdAgent& from, LcdAgent& to) {
+    for (const LcdMessage& message : from.take_outgoing())
+      std::visit([&](const auto& m) { to.receive(m, now); }, message);
+  };
+  for (const Seen& seen : drive(verifier, {})) first.add(seen.name, seen.utime, seen.features, now);
+  for (const Seen& seen : drive(other, {})) peer.add(seen.name, seen.utime, seen.features, now);
+  for (; now < 5 * kSecond; now += kSecond / 10) {
+    first.tick(now);
+    peer.tick(now);
+    pass(first, peer);
+    pass(peer, first);
+  }
+  REQUIRE(first.keyframes(other) == kKeyframes);
+  REQUIRE(first.waiting() > 0);
+  REQUIRE(first.loops() == 0);
+
+  LcdAgent second(verifier, 2, street_vocabulary(), options);
+  for (const LcdRecord& record : first.take_records()) second.restore(record);
+  REQUIRE(second.waiting() == 0);
+  REQUIRE(second.is_busy(now));
+  for (const Utime end = now + 60 * kSecond; now < end; now += kSecond / 10) {
+    second.tick(now);
+    second.work(now);
+    peer.tick(now);
+    pass(second, peer);
+    pass(peer, second);
+  }
+  REQUIRE(second.loops() > 0);
+  REQUIRE(peer.loops() == second.loops());
+  REQUIRE_FALSE(second.is_busy(now));
+}
+
 TEST_CASE("a partition delays closures with the others, and holds nobody up") {
   Team team(3, {.delay_us = 20'000});
   team.run_for(4 * kSecond);
@@ -97,7 +138,7 @@ TEST_CASE(
   LcdOptions options;
   options.sent_features = 24;
   options.nearly_matches = 8;
-  options.asks_per_keyframe = 4.0;
+  options.asking.per_keyframe = 4.0;
   const LinkFaults faults{.loss = 0.2, .delay_us = 50'000, .jitter_us = 100'000, .duplicate = 0.3};
   Team team(std::make_unique<BareAir>(2, faults, 3), std::vector<Drive>(2), options);
   team.run_until_quiet();

@@ -133,7 +133,7 @@ int run(const Options& options) {
     memory = {{"keyframes", options.memory}, {"own_kb", use.own_kb}, {"other_kb", use.other_kb}};
   }
   nlohmann::json report = options.scenes.empty() ? run_world(options, robot) : run_scenes(options, robot);
-  report["memory"] = memory;
+  if (!memory.is_null()) report["memory"] = memory;
   std::cout << report.dump(1) << "\n";
   return 0;
 }
