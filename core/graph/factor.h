@@ -38,6 +38,12 @@ struct VariableList {
   static constexpr std::size_t kCount = sizeof...(Ts);
 };
 
+// When and by which sensor a residual was measured: errors of one series hang together over time.
+struct Occasion {
+  int series = 0;
+  double time_s = 0.0;
+};
+
 class Factor {
  public:
   Factor(std::vector<Key> keys, std::vector<VariableType> types, int residual_dim)
@@ -55,6 +61,8 @@ class Factor {
   virtual void evaluate(const double* const* x, double* residual, double* const* jacobians) const = 0;
   // The whitened residual's covariance where it is not the identity that a solve takes it for (reduced.h), else null.
   virtual const Eigen::MatrixXd* spread() const { return nullptr; }
+  // A model has a member `occasion` for it, or none: then its errors hang together with no others.
+  virtual const Occasion* occasion() const { return nullptr; }
 
  private:
   std::vector<Key> keys_;
@@ -77,6 +85,14 @@ class ModelFactor<Model, VariableList<Ts...>> final : public Factor {
 
   void evaluate(const double* const* x, double* residual, double* const* jacobians) const override {
     evaluate(x, residual, jacobians, std::index_sequence_for<Ts...>{});
+  }
+
+  const Occasion* occasion() const override {
+    if constexpr (requires { model_.occasion; }) {
+      return &model_.occasion;
+    } else {
+      return nullptr;
+    }
   }
 
  private:

@@ -11,7 +11,6 @@
 
 #include "core/graph/linearise.h"
 #include "core/graph/one_thread.h"
-#include "core/graph/reduced.h"
 
 namespace covey::graph {
 namespace {
@@ -142,10 +141,10 @@ void LinearPrior::evaluate(const double* const* x, double* residual, double* con
 
 std::shared_ptr<const LinearPrior> marginalise(const Graph& graph, const Values& values,
                                                const std::vector<Key>& removed, char eliminate_first,
-                                               double overcount) {
+                                               const SharedError& shared) {
   const Graph part = factors_touching(graph, removed);
   for (const Key key : removed) COVEY_CHECK(!graph.is_constant(key));
-  const ReducedSystem system = reduce(part, values, of_kind(removed, eliminate_first), overcount);
+  const ReducedSystem system = reduce(part, values, of_kind(removed, eliminate_first), shared);
   Columns m;
   Columns k;
   std::vector<Key> kept;
@@ -175,8 +174,8 @@ std::shared_ptr<const LinearPrior> marginalise(const Graph& graph, const Values&
 }
 
 std::optional<FactorId> marginalise_out(Graph& graph, Values& values, const std::vector<Key>& removed,
-                                        char eliminate_first, double overcount) {
-  const auto prior = marginalise(graph, values, removed, eliminate_first, overcount);
+                                        char eliminate_first, const SharedError& shared) {
+  const auto prior = marginalise(graph, values, removed, eliminate_first, shared);
   for (const FactorId id : graph.ids_touching(removed)) graph.remove(id);
   for (const Key key : removed) {
     values.erase(key);
@@ -214,8 +213,8 @@ std::optional<Eigen::MatrixXd> marginal_covariance(const Graph& graph, const Val
 }
 
 DenseMarginals::DenseMarginals(const Graph& graph, const Values& values, char eliminate_first,
-                               double overcount) {
-  const ReducedSystem system = reduce(graph, values, of_kind(graph.keys(), eliminate_first), overcount);
+                               const SharedError& shared) {
+  const ReducedSystem system = reduce(graph, values, of_kind(graph.keys(), eliminate_first), shared);
   for (const auto& [key, column] : system.first_column) columns_[key] = {column, values.type(key).tangent};
   // Unknowns in units of what their own factors allow: then the diagonal of the inverse says how much worse they are known.
   scale_ = system.H.diagonal().cwiseMax(std::numeric_limits<double>::min()).cwiseSqrt().cwiseInverse();

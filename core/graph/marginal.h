@@ -13,7 +13,7 @@
 // re-linearise what was removed. Where the prior's variables are then held (Graph::hold), x_0 stays when the next prior
 // takes this one's place: all that is known of a variable is linearised at one point, so that what cannot be
 // observed (position and yaw of odometry) stays unknown. Directions of m that the factors do not determine are dropped
-// (pseudo-inverse). The prior also keeps how uncertain c is, which where views were counted `overcount` times (reduced.h) is more than I, and passes it on to
+// (pseudo-inverse). The prior also keeps how uncertain c is, which is not I where errors of factors hang together (SharedError), and passes it on to
 // the next one. Source: Sibley, Matthies, Sukhatme, "Sliding window filter with application to planetary
 // landing", JFR 2010.
 
@@ -24,6 +24,7 @@
 #include <vector>
 
 #include "core/graph/graph.h"
+#include "core/graph/reduced.h"
 
 namespace covey::graph {
 
@@ -55,12 +56,12 @@ class LinearPrior final : public Factor {
 // go first, one by one, if their kind (Key::kind) is given: the same prior in less time.
 std::shared_ptr<const LinearPrior> marginalise(const Graph& graph, const Values& values,
                                                const std::vector<Key>& removed, char eliminate_first = 0,
-                                               double overcount = 1.0);
+                                               const SharedError& shared = {});
 
 // Does it: removes these factors and variables and adds the prior. Returns the prior's id, or nothing if
 // there is none.
 std::optional<FactorId> marginalise_out(Graph& graph, Values& values, const std::vector<Key>& removed,
-                                        char eliminate_first = 0, double overcount = 1.0);
+                                        char eliminate_first = 0, const SharedError& shared = {});
 
 // The joint covariance of some variables, in their tangent spaces at the values, in the order asked for (each
 // once). All other variables are marginalised, constant ones are certain and may not be asked for. Nothing if
@@ -72,9 +73,10 @@ std::optional<Eigen::MatrixXd> marginal_covariance(const Graph& graph, const Val
 // first, and what is left is factorised once, as a dense matrix.
 class DenseMarginals {
  public:
-  DenseMarginals(const Graph& graph, const Values& values, char eliminate_first, double overcount = 1.0);
+  DenseMarginals(const Graph& graph, const Values& values, char eliminate_first,
+                 const SharedError& shared = {});
 
-  // H^-1 M H^-1 (reduced.h), which is what marginal_covariance() says where nothing was overcounted; not of variables of the eliminated kind.
+  // H^-1 M H^-1 (reduced.h), which is what marginal_covariance() says where no errors hang together; not of variables of the eliminated kind.
   std::optional<Eigen::MatrixXd> covariance(const std::vector<Key>& keys) const;
 
  private:

@@ -13,8 +13,8 @@
 //
 //   C = H^-1 M H^-1
 //
-// M = H where each whitened residual has the covariance I. Here the factors of an eliminated variable together may have `overcount` times that: m views of a
-// point whose errors hang together are worth m / overcount independent ones. Source: Huber, "The behavior of maximum likelihood estimates under
+// M = H where each whitened residual has the covariance I. Here those of one eliminated variable may hang together (SharedError): what lasts is not averaged
+// away by many of them, and does not come between two that follow one another shortly. Source: Huber, "The behavior of maximum likelihood estimates under
 // nonstandard conditions", 1967; White, "Maximum likelihood estimation of misspecified models", Econometrica 1982.
 
 #include <Eigen/Core>
@@ -32,8 +32,18 @@ struct ReducedSystem {
   std::map<Key, int> first_column;  // of each variable that is left, in key order; constant ones have none
 };
 
+// Of the whitened residuals of the factors of one eliminated variable, and of all of them together.
+struct SharedError {
+  // E[r_i r_i^T] = variance I, and of two of one series (Factor::occasion) that were measured t apart E[r_i r_j^T] = variance share e^(-t / memory_s) I.
+  double variance = 1.0;
+  double share = 0.0;
+  double memory_s = 1.0;
+  // In all of them: as if these variables were off by that much, tangent dimension x n, times n independent deviates.
+  std::map<Key, Eigen::MatrixXd> common = {};
+};
+
 ReducedSystem reduce(const Graph& graph, const Values& values, const std::set<Key>& eliminated,
-                     double overcount = 1.0);
+                     const SharedError& shared = {});
 
 // H^-1 B of a positive semi-definite H, without the directions that H does not determine. Scaled to a unit diagonal first.
 Eigen::MatrixXd solve_semidefinite(const Eigen::MatrixXd& H, const Eigen::MatrixXd& B);

@@ -14,7 +14,10 @@ VioOptions read_vio_options(ConfigSection& section) {
   section.read("keyframe_overlap", options.keyframe_overlap, 0.0, 1.0);
   section.read("robust_width", options.robust_width, 0.1, 100.0);
   section.read("gate", options.gate, 1.0, 100.0);
-  section.read("overcount", options.overcount, 1.0, 1000.0);
+  section.read("view_variance", options.view_variance, 0.0, 1000.0);
+  section.read("view_lasting", options.view_lasting, 0.0, 1.0);
+  section.read("view_memory_s", options.view_memory_s, 0.001, 1000.0);
+  section.read("way_share", options.way_share, 0.0, 1.0);
   section.read("team_distance_m", options.team_distance_m, 0.01, 100.0);
   section.read("team_angle_deg", options.team_angle_deg, 1.0, 180.0);
   section.read("team_interval_s", options.team_interval_s, 0.1, 60.0);

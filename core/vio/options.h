@@ -19,8 +19,13 @@ struct VioOptions {
   double keyframe_overlap = 0.6;    // share of the last keyframe's landmarks that are still seen
   double robust_width = 2.0;        // of the Huber kernel of image coordinates, in sigmas
   double gate = 8.0;                // sigmas beyond which an image coordinate is not used
-  // Of a landmark's views, for covariances (core/graph/reduced.h): a track drifts by 0.09 pixels a frame, at random, so that so many are worth one.
-  double overcount = 8.0;
+  // How wrong views are, for covariances (core/graph/reduced.h; measured in DECISIONS.md). Of one track: the variance of a coordinate against the front end's, the
+  // share of it that lasts, and how long.
+  double view_variance = 0.8;
+  double view_lasting = 0.9;
+  double view_memory_s = 0.9;
+  // All together: as if the camera stood off by this share of the way through the window.
+  double way_share = 0.0042;
 
   // Keyframes for the team: when one of these is reached.
   double team_distance_m = 0.5;
@@ -28,8 +33,8 @@ struct VioOptions {
   double team_interval_s = 1.0;
   // Their relative poses are at least this uncertain, per axis, and by this share of the angle turned: what a calibration and the tracking of turning
   // pictures are off by is not in the images' noise.
-  double team_sigma_m = 0.0005;
-  double team_sigma_deg = 0.01;
+  double team_sigma_m = 0.00025;
+  double team_sigma_deg = 0.005;
   double team_turn_share = 0.002;
 
   // Start and end of a segment.

@@ -28,6 +28,7 @@ struct ProjectionFactor {
   SE3 T_C_B;
   SE3 T_O_A;
   Eigen::Vector2d measured;
+  graph::Occasion occasion = {};  // series: one for each camera
 
   Eigen::Vector2d evaluate(const SE3& T_O_B, const Eigen::Vector3d& l, Eigen::Matrix<double, 2, 6>* J_pose,
                            Eigen::Matrix<double, 2, 3>* J_landmark) const;

@@ -95,12 +95,13 @@ void Window::link(std::span<const ImuSample> samples) {
 void Window::add_views(Entry& entry, const Keyframe& keyframe, const TrackObservation& seen) {
   const auto noise = Noise<2>::sigma(seen.sigma);
   const Robust robust = Robust::huber(options_.robust_width);
-  const auto add_view = [&](const SE3& T_C_B, const Eigen::Vector2d& m) {
-    return graph_.add(ProjectionFactor{T_C_B, entry.T_O_A, m}, {pose_key(keyframe.id), landmark_key(seen.id)},
-                      noise, robust);
+  const double time_s = to_seconds(keyframe.frame.utime);
+  const auto add_view = [&](const SE3& T_C_B, const Eigen::Vector2d& m, int camera) {
+    return graph_.add(ProjectionFactor{T_C_B, entry.T_O_A, m, {camera, time_s}},
+                      {pose_key(keyframe.id), landmark_key(seen.id)}, noise, robust);
   };
-  SeenFrom from{keyframe.id, {add_view(stereo_.T_L_B, seen.left)}};
-  if (seen.right) from.views.push_back(add_view(stereo_.T_R_B, *seen.right));
+  SeenFrom from{keyframe.id, {add_view(stereo_.T_L_B, seen.left, 0)}};
+  if (seen.right) from.views.push_back(add_view(stereo_.T_R_B, *seen.right, 1));
   entry.seen.push_back(std::move(from));
 }
 
@@ -240,7 +241,7 @@ void Window::marginalise_oldest() {
   }
   for (const std::int64_t track : without_views) remove_landmark(track);
   for (const std::int64_t track : gone) landmarks_.erase(track);
-  if (const auto prior = graph::marginalise_out(graph_, values_, removed, 'l', options_.overcount)) {
+  if (const auto prior = graph::marginalise_out(graph_, values_, removed, 'l', shared_error())) {
     for (const Key key : graph_.factor(*prior).keys()) graph_.hold(key, values_);
   }
   keyframes_.erase(keyframes_.begin());
@@ -280,8 +281,22 @@ std::size_t Window::landmarks_in_newest() const {
   }));
 }
 
+// Tracks lag behind the scene together, each way by some share: in the window all views are as from cameras that stand off, the farther the longer the way.
+graph::SharedError Window::shared_error() const {
+  graph::SharedError shared{options_.view_variance, options_.view_lasting, options_.view_memory_s};
+  double way_m = 0.0;
+  for (std::size_t k = 1; k < size(); ++k) {
+    const SE3 T_O_B = state(k).T_W_B;
+    way_m += (T_O_B.translation - state(k - 1).T_W_B.translation).norm();
+    Eigen::Matrix<double, 6, 3> off = Eigen::Matrix<double, 6, 3>::Zero();
+    off.topRows<3>() = options_.way_share * way_m * T_O_B.rotation.matrix().transpose();
+    shared.common[pose_key(keyframes_[k].id)] = off;
+  }
+  return shared;
+}
+
 const graph::DenseMarginals& Window::marginals() {
-  if (!marginals_) marginals_.emplace(graph_, values_, 'l', options_.overcount);
+  if (!marginals_) marginals_.emplace(graph_, values_, 'l', shared_error());
   return *marginals_;
 }
 

@@ -54,8 +54,8 @@ class Window {
   Landmarks landmarks() const;
   std::size_t landmarks_in_newest() const;
 
-  // Of [rho; phi; v; b_g; b_a] of the newest keyframe; of [rho; phi] of the keyframe at `other` and of the newest one. Views count as options.overcount says: a
-  // track's errors hang together.
+  // Of [rho; phi; v; b_g; b_a] of the newest keyframe; of [rho; phi] of the keyframe at `other` and of the newest one. Views are as wrong as the options
+  // say, not as the solver takes them.
   std::optional<Matrix15d> covariance();
   std::optional<Eigen::Matrix<double, 12, 12>> pose_covariance(Utime other);
 
@@ -85,6 +85,7 @@ class Window {
   std::vector<std::int64_t> choose_renewed() const;
   void marginalise_oldest();
   const Keyframe* find(Utime utime) const;
+  graph::SharedError shared_error() const;
   const graph::DenseMarginals& marginals();
 
   Rig rig_;

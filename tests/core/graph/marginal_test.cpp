@@ -3,6 +3,7 @@
 
 #include <Eigen/LU>
 #include <catch2/catch.hpp>
+#include <cmath>
 
 #include "core/graph/linearise.h"
 #include "core/graph/solve.h"
@@ -164,6 +165,7 @@ struct Seen {
   using Variables = VariableList<SE3, Vector<3>>;
   static constexpr int kDim = 3;
   Eigen::Vector3d measured = Eigen::Vector3d::Zero();
+  Occasion occasion = {};
   Eigen::Vector3d evaluate(const SE3& T, const Vector<3>& p, Eigen::Matrix<double, 3, 6>* J_T,
                            Eigen::Matrix3d* J_p) const {
     const Eigen::Vector3d q = T.inverse() * Eigen::Vector3d(p);
@@ -189,7 +191,8 @@ Graph reconstruction(Values& values) {
   for (std::uint64_t point = 0; point < kPoints; ++point) {
     values.set({'l', point}, Vector<3>(random.vector<3>(2.0)));
     for (std::uint64_t pose = point % 2; pose < kViews; ++pose)
-      graph.add(Seen{random.vector<3>(2.0)}, {{'x', pose}, {'l', point}}, {}, Robust::huber(1.5));
+      graph.add(Seen{random.vector<3>(2.0), {static_cast<int>(pose % 2), 0.2 * static_cast<double>(pose)}},
+                {{'x', pose}, {'l', point}}, {}, Robust::huber(1.5));
   }
   return graph;
 }
@@ -214,34 +217,44 @@ TEST_CASE("Marginals: with points eliminated first they are those of the whole g
   REQUIRE_FALSE(DenseMarginals(loose, values, 'l').covariance({{'x', 4}}));
 }
 
-TEST_CASE(
-    "Marginals: views that were overcounted make what they are worth less certain, also through a prior") {
-  constexpr double kOvercount = 5.0;
+TEST_CASE("Marginals: errors that hang together, also through a prior") {
+  SharedError shared{.variance = 3.0, .share = 0.7, .memory_s = 0.5};
+  for (std::uint64_t pose = 0; pose < kViews; ++pose)
+    shared.common[{'x', pose}] = Eigen::MatrixXd::Random(6, 2) * 0.1 * static_cast<double>(pose);
   Values values;
   Graph graph = reconstruction(values);
   const Linearisation model = linearise(graph, values);
   const Eigen::MatrixXd J(model.J);
-  Eigen::VectorXd variance = Eigen::VectorXd::Ones(J.rows());
-  for (const auto& [id, row] : model.first_row) {
-    if (graph.factor(id).keys().back().kind == 'l')
-      variance.segment(row, graph.factor(id).residual_dim()).setConstant(kOvercount);
+  Eigen::MatrixXd covariance = Eigen::MatrixXd::Identity(J.rows(), J.rows());
+  Eigen::MatrixXd off = Eigen::MatrixXd::Zero(J.rows(), 2);
+  for (const auto& [i, row] : model.first_row) {
+    const Factor& a = graph.factor(i);
+    if (a.keys().back().kind != 'l') continue;
+    off.middleRows(row, 3) =
+        J.block(row, model.first_column.at(a.keys()[0]), 3, 6) * shared.common.at(a.keys()[0]);
+    for (const auto& [j, column] : model.first_row) {
+      const Factor& b = graph.factor(j);
+      if (b.keys().back() != a.keys().back() || b.occasion()->series != a.occasion()->series) continue;
+      const double apart_s = std::abs(a.occasion()->time_s - b.occasion()->time_s);
+      const double correlation = i == j ? 1.0 : 0.7 * std::exp(-apart_s / 0.5);
+      covariance.block<3, 3>(row, column).diagonal().setConstant(3.0 * correlation);
+    }
   }
+  covariance += off * off.transpose();
   const Eigen::MatrixXd H_inverse = (J.transpose() * J).inverse();
-  const Eigen::MatrixXd C = H_inverse * J.transpose() * variance.asDiagonal() * J * H_inverse;
+  const Eigen::MatrixXd C = H_inverse * J.transpose() * covariance * J * H_inverse;
   const Eigen::MatrixXd expected =
       C.block<6, 6>(model.first_column.at({'x', 4}), model.first_column.at({'x', 4}));
-  const auto found = DenseMarginals(graph, values, 'l', kOvercount).covariance({{'x', 4}});
+  const auto found = DenseMarginals(graph, values, 'l', shared).covariance({{'x', 4}});
   REQUIRE(found);
   REQUIRE((*found - expected).norm() < 1e-9 * expected.norm());
-  const auto sure = DenseMarginals(graph, values, 'l').covariance({{'x', 4}});
-  REQUIRE(found->trace() > 1.5 * sure->trace());
 
   // In two steps, so that the first prior goes into the second.
   std::vector<Key> leaving{{'x', 0}};
   for (std::uint64_t point = 0; point < kPoints; ++point) leaving.push_back({'l', point});
   for (const std::vector<Key>& removed : {leaving, std::vector<Key>{{'x', 1}}})
-    REQUIRE(marginalise_out(graph, values, removed, 'l', kOvercount));
-  const auto after = DenseMarginals(graph, values, 'l', kOvercount).covariance({{'x', 4}});
+    REQUIRE(marginalise_out(graph, values, removed, 'l', shared));
+  const auto after = DenseMarginals(graph, values, 'l', shared).covariance({{'x', 4}});
   REQUIRE(after);
   REQUIRE((*after - expected).norm() < 1e-6 * expected.norm());
 }

@@ -189,7 +189,9 @@ TEST_CASE("Window: who stands still and always sees the same does not drift") {
   for (Utime t = 0; t <= 60 * kKeyframeSpacing; t += 5000)
     rest.push_back({t, Eigen::Vector3d::Zero(), T_W_B.rotation.inverse() * Eigen::Vector3d(-kGravity)});
   add_imu_errors(world.rig.imu, {}, world.random, rest);
-  Window window(world.rig, {.overcount = 1.0});  // errors are independent here
+  Window window(
+      world.rig,
+      {.view_variance = 1.0, .view_lasting = 0.0, .way_share = 0.0});  // errors are independent here
   window.begin(world.sim.see(0, T_W_B), {T_W_B, Eigen::Vector3d::Zero(), {}}, {});
   double sigma = 0.0;
   for (int k = 0; k < 60; ++k) {
