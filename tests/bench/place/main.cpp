@@ -3,10 +3,12 @@
 // that loses nothing. JSON on stdout.
 //
 //   bench_place [--world town] [--robots 3] [--seconds 45] [--seed 1] --config configs/robots/default.yaml [--images DIR]
+//   bench_place --world rooms --aliases 200 --config configs/robots/indoor.yaml
 //   bench_place --scenes rgbd/seven_scenes --config configs/robots/default.yaml
 //
 // A simulated world's keyframes are rendered; --images keeps the pictures, and takes those that are there. --scenes: a real sequence with
-// depth, its halves as two robots'. --queries: also how long a query takes among so many keyframes, made from these. --memory: also how
+// depth, its halves as two robots'. --aliases: also how many pairs of places that look alike are accepted (aliases.h). --pairs: draws the best
+// pairs of each two robots (best_pairs.h). --queries: also how long a query takes among so many keyframes, made from these. --memory: also how
 // much memory a keyframe takes, own ones and others'.
 
 #include <CLI/CLI.hpp>
@@ -17,15 +19,19 @@
 #include <string>
 
 #include "core/base/config.h"
+#include "core/base/error.h"
 #include "core/place/stereo_features.h"
 #include "core/sim/scenario.h"
 #include "procs/common/robot_config.h"
 #include "procs/common/tool.h"
 #include "procs/lcd/options.h"
+#include "tests/bench/place/aliases.h"
+#include "tests/bench/place/best_pairs.h"
 #include "tests/bench/place/cpu_clock.h"
 #include "tests/bench/place/memory.h"
 #include "tests/bench/place/pictures.h"
 #include "tests/bench/place/queries.h"
+#include "tests/bench/place/retrieval.h"
 #include "tests/bench/place/score.h"
 #include "tests/bench/place/seven_scenes.h"
 #include "tests/bench/place/team.h"
@@ -46,7 +52,9 @@ struct Options {
   std::filesystem::path config;
   std::filesystem::path images;
   std::filesystem::path scenes;
+  std::filesystem::path pairs;
   std::vector<int> queries;
+  std::size_t aliases = 0;
   int memory = 0;
 };
 
@@ -66,8 +74,12 @@ Robot read_robot(const std::filesystem::path& config) {
   return robot;
 }
 
-nlohmann::json report_of(const Team& team, const Limits& limits, double extract_s, const Options& options) {
+nlohmann::json report_of(const Team& team, const std::vector<Seen>& seen, const BestPairs& pairs,
+                         const Limits& limits, double extract_s, const Options& options) {
   nlohmann::json report = score(team.views(), team.loops(), limits);
+  const std::vector<Candidate> candidates = best_candidates(seen);
+  report["curve"] = retrieval_curve(seen, candidates);
+  if (!pairs.folder.empty()) report["best_pairs"] = draw_best_pairs(pairs, seen, candidates, team.loops());
   report.update(team.account());
   report["extract_ms"] = 1e3 * extract_s / static_cast<double>(team.views().size());
   report["query_ms"] = query_ms(team.bags(), kLeastSimilarity);
@@ -91,16 +103,29 @@ nlohmann::json run_world(const Options& options, const Robot& robot) {
   const place::StereoFeatures features(robot.rig, robot.lcd.features);
   Pictures pictures(options.images, scenario.world, robot.rig, options.seed);
   Team team(options.robots, robot.vocabulary, robot.lcd.agent);
+  std::vector<Seen> seen;
   double extract_s = 0.0;
-  for (const View& view : cut_keyframes(scenario)) {
+  const auto look = [&](const View& view) {
     const auto [left, right] = pictures.take(view);
     const CpuClock clock;
-    place::FrameFeatures seen = features.extract(left, right);
+    place::FrameFeatures found = features.extract(left, right);
     extract_s += clock.seconds();
-    team.add(view, std::move(seen));
+    return Seen{view, robot.vocabulary->bag(found.descriptors), std::move(found)};
+  };
+  for (const View& view : cut_keyframes(scenario)) {
+    seen.push_back(look(view));
+    team.add(view, seen.back().features);
   }
   team.finish();
-  return report_of(team, kTownLimits, extract_s, options);
+  const auto picture = [&pictures](const View& view) { return pictures.take(view).first; };
+  const BestPairs pairs{options.pairs, picture, robot.rig.left.camera, robot.lcd.agent.verification};
+  nlohmann::json report = report_of(team, seen, pairs, kTownLimits, extract_s, options);
+  if (options.aliases > 0) {
+    if (options.world != "rooms") throw_input_error("--aliases is for --world rooms");
+    report["aliases"] = try_aliases(seen, plant_aliases(seen, options.aliases), look,
+                                    robot.lcd.agent.ask_similarity, robot.lcd.agent.verification);
+  }
+  return report;
 }
 
 nlohmann::json run_scenes(const Options& options, const Robot& robot) {
@@ -110,6 +135,7 @@ nlohmann::json run_scenes(const Options& options, const Robot& robot) {
   agent.verification.calibration = kSceneCalibration;
   agent.verification.most_sigma_deg = kRoomLimits.rotation_deg;
   Team team(2, robot.vocabulary, agent);
+  std::vector<Seen> all;
   double extract_s = 0.0;
   for (const View& view : scene_views(options.scenes)) {
     const SceneFrame frame = read_scene_frame(options.scenes, view);
@@ -117,10 +143,13 @@ nlohmann::json run_scenes(const Options& options, const Robot& robot) {
     place::FrameFeatures seen =
         place::features_with_depth(frame.image, frame.depth_m, camera, robot.lcd.features.orb);
     extract_s += clock.seconds();
+    all.push_back({view, robot.vocabulary->bag(seen.descriptors), seen});
     team.add(view, std::move(seen));
   }
   team.finish();
-  return report_of(team, kRoomLimits, extract_s, options);
+  const auto picture = [&options](const View& view) { return read_scene_frame(options.scenes, view).image; };
+  return report_of(team, all, {options.pairs, picture, camera.camera, agent.verification}, kRoomLimits,
+                   extract_s, options);
 }
 
 int run(const Options& options) {
@@ -151,6 +180,9 @@ int main(int argc, char** argv) {
   app.add_option("--config", options.config)->required();
   app.add_option("--images", options.images, "folder that keeps the pictures");
   app.add_option("--scenes", options.scenes, "folder of 7-Scenes' frames, instead of a simulated world");
+  app.add_option("--pairs", options.pairs, "folder for pictures of the best accepted and refused pairs");
+  app.add_option("--aliases", options.aliases,
+                 "world rooms: so many pairs of places in rooms that are furnished alike");
   app.add_option("--queries", options.queries, "numbers of keyframes among which a query is timed");
   app.add_option("--memory", options.memory, "number of keyframes of either kind whose memory is measured");
   return covey::run_tool(argc, argv, app, [&options] { return covey::bench::run(options); });

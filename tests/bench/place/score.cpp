@@ -90,10 +90,7 @@ std::map<int, std::vector<View>> by_robot(const Views& views) {
 }
 
 bool is_near(const View& view, const std::vector<View>& way) {
-  return std::any_of(way.begin(), way.end(), [&view](const View& other) {
-    const SE3 apart = view.T_W_B.inverse() * other.T_W_B;
-    return apart.translation.norm() < kNearM && degrees(apart) < kNearDeg;
-  });
+  return std::any_of(way.begin(), way.end(), [&view](const View& other) { return are_near(view, other); });
 }
 
 bool is_found(const std::vector<KeyframeName>& episode, int other, const std::set<Ends>& right) {
@@ -132,6 +129,11 @@ double metres_of(const std::vector<View>& way) {
 }
 
 }  // namespace
+
+bool are_near(const View& a, const View& b) {
+  const SE3 apart = a.T_W_B.inverse() * b.T_W_B;
+  return apart.translation.norm() < kNearM && degrees(apart) < kNearDeg;
+}
 
 nlohmann::json score(const Views& views, const std::vector<loop_t>& loops, const Limits& limits) {
   const Judged judged = judge(views, loops, limits);

@@ -13,6 +13,9 @@
 
 namespace covey::bench {
 
+// Of one place: what makes an overlap.
+bool are_near(const View& a, const View& b);
+
 struct Limits {
   double translation_m = 0.5;
   double rotation_deg = 5.0;
