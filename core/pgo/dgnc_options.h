@@ -27,7 +27,7 @@ struct DgncOptions {
   double barc2 = 16.812;
   bool robust = true;  // false: plain least squares, one stage of at most max_updates
 
-  int rounds = 10;          // stages until weights are binary, with mu_step 0
+  int rounds = 8;           // stages until weights are binary, with mu_step 0
   double mu_step = 0.0;     // factor of mu between stages; 0: as it takes for `rounds`. The paper's is 1.4
   double mu_max = 30.0;     // beyond, weights are made binary
   int updates = 60;         // per stage, at most (T of the paper, 15 there)
@@ -36,10 +36,13 @@ struct DgncOptions {
   int max_updates = 2000;   // without robustness
   int coarse_after =
       30;  // of these, until a planar team takes steps along smooth motions, too (coarse_step.h)
-  int total_updates = 0;  // the round ends where it is after so many; 0: no limit. The paper's early stop: 50
+  // The round ends where it is after so many, the last fifth with binary weights and steps along smooth motions after every
+  // one; 0: no limit. The paper's early stop: 50
+  int total_updates = 0;
 
-  // A stage ends early when an update lowers the team's cost by less than this part of barc2 for each loop that is undecided.
+  // A stage ends early when an update lowers the team's cost by less than this part of it, without what the weights add,
   double tolerance = 5e-6;
+  double undecided_tolerance = 1e-6;  // or than this part of barc2 for each loop that is undecided.
   double final_tolerance =
       1e-9;  // with binary weights and no loop that has changed sides, and without robustness: part of the cost
   int look_back = 8;  // updates that Anderson's acceleration combines the newest with
@@ -62,8 +65,8 @@ inline std::uint64_t common_hash(const DgncOptions& options) {
                              noise.isotropic_translation_sigma, noise.isotropic_rotation_sigma}) {
     hash.add(value);
   }
-  for (const double value :
-       {options.barc2, options.mu_step, options.mu_max, options.tolerance, options.final_tolerance}) {
+  for (const double value : {options.barc2, options.mu_step, options.mu_max, options.tolerance,
+                             options.undecided_tolerance, options.final_tolerance}) {
     hash.add(value);
   }
   for (const int value : {static_cast<int>(options.solver), int{noise.isotropic}, int{noise.floored_odometry},

@@ -10,23 +10,42 @@
 namespace covey::pgo {
 namespace {
 
-constexpr double kSmallestLeap = 1.4;
-constexpr double kSmallestPart = 2e-7;  // of the cost: less than any stage has to gain
+constexpr double kRise = 7.0;            // of mu, by an update
+constexpr int kUpdatesPerBinaryOne = 5;  // where updates are few
 
 }  // namespace
 
 bool GncStages::converged(const TeamUpdate& team) const {
   const bool last = final_ && (team.undecided == 0 || final_stages_ >= options_.final_stages);
   if (last || !options_.robust) return team.decrease <= options_.final_tolerance * team.cost;
-  // How exact a stage has to be, the loops say that its end may still decide.
-  const double enough = options_.tolerance * options_.barc2 * static_cast<double>(team.undecided);
-  return team.decrease <= std::max(enough, kSmallestPart * team.cost) || team.undecided == 0;
+  // What rejected loops cost says nothing of how exact a stage has to be; those that its end may still decide do.
+  const double enough = options_.undecided_tolerance * options_.barc2 * static_cast<double>(team.undecided);
+  return team.decrease <= std::max(enough, options_.tolerance * (team.cost - team.penalty)) ||
+         team.undecided == 0;
 }
 
 bool GncStages::used_up() const { return options_.total_updates > 0 && updates_ >= options_.total_updates; }
 
+// Loops between the sides bend the poses of a round that ends early, so its last updates have binary weights.
+bool GncStages::has_to_decide() const {
+  const int left = options_.total_updates / kUpdatesPerBinaryOne;
+  return options_.robust && options_.total_updates > 0 && updates_ >= options_.total_updates - left;
+}
+
+bool GncStages::mu_rises() const {
+  return options_.robust && options_.mu_step == 0.0 && !final_ && mu_ < 0.99 * graph::kMuOfDecisions;
+}
+
+void GncStages::count_update() {
+  ++stage_updates_;
+  ++updates_;
+  rose_ = mu_rises();
+  if (rose_) mu_ = std::min(kRise * mu_, graph::kMuOfDecisions);
+}
+
 bool GncStages::ended(const TeamUpdate& team) const {
-  if (!begun_ || used_up()) return true;
+  if (!begun_ || used_up() || (!final_ && has_to_decide())) return true;
+  if (mu_rises()) return team.undecided == 0;
   const int limit = !options_.robust ? options_.max_updates
                     : final_         ? options_.final_updates
                                      : options_.updates;
@@ -40,11 +59,10 @@ bool GncStages::begin(const TeamUpdate& team, double first_mu) {
     mu_ = std::numeric_limits<double>::infinity();
   } else if (!begun_) {
     mu_ = std::min(first_mu, 2.0 * options_.mu_max);
-    leap_ = std::max(std::sqrt(graph::kMuOfDecisions / mu_), kSmallestLeap);
     final_ = mu_ > options_.mu_max;
   } else if (!final_) {
     mu_ = next_mu();
-    final_ = team.undecided == 0 || mu_ > options_.mu_max;
+    final_ = team.undecided == 0 || mu_ > options_.mu_max || has_to_decide();
   }
   begun_ = true;
   ++stages_;
@@ -55,12 +73,12 @@ bool GncStages::begin(const TeamUpdate& team, double first_mu) {
 
 double GncStages::next_mu() const {
   if (options_.mu_step > 0.0) return mu_ * options_.mu_step;
-  // The first stage, two leaps and the first binary one are not of the even steps.
-  return std::min(graph::next_mu(mu_, leap_, std::max(1, options_.rounds - 4)), 2.0 * options_.mu_max);
+  // The first stage and the first binary one are not of the even steps.
+  return std::min(graph::next_mu(mu_, kRise, std::max(1, options_.rounds - 2)), 2.0 * options_.mu_max);
 }
 
 bool GncStages::weighs() const {
-  return stage_updates_ == 0 || (!final_ && mu_ >= 0.99 * graph::kMuOfDecisions);
+  return stage_updates_ == 0 || (!final_ && (options_.mu_step == 0.0 || mu_ >= 0.99 * graph::kMuOfDecisions));
 }
 
 double GncStages::weight(double r2) const {

@@ -2,9 +2,10 @@
 #pragma once
 
 // The stages of graduated non-convexity in a round: each minimises the surrogate of one mu of the schedule in core/graph/gnc.h,
-// until weights are binary and none changes sides any more (Kimera-Multi, T-RO 2022, eq. 14). As there, loops are weighed anew
-// before each update once mu says that decisions are made; earlier, and with binary weights, once a stage. All members go by
-// the sums of what all have said, so all end the same stage after the same update.
+// until weights are binary and none changes sides any more (Kimera-Multi, T-RO 2022, eq. 14). Before mu says that decisions are
+// made, it rises sevenfold with every update of the first stage: all loops pull there, and the longer they do, the more the wrong
+// ones bend a good start. From then on loops are weighed anew before each update, with binary weights once a stage. All members
+// go by the sums of what all have said, so all end the same stage after the same update.
 
 #include <cstdint>
 
@@ -17,6 +18,7 @@ struct TeamUpdate {            // sums over the members
   double decrease = 0.0;       // by it
   std::int64_t undecided = 0;  // loops
   double gradient_sq = 0.0;    // of the gradient's norm, before that update
+  double penalty = 0.0;        // of the cost: what the weights add
 };
 
 class GncStages {
@@ -26,10 +28,9 @@ class GncStages {
   bool ended(const TeamUpdate& team) const;
   // The next one; the first begins at first_mu, infinite for binary weights. False when there is none.
   bool begin(const TeamUpdate& team, double first_mu);
-  void count_update() {
-    ++stage_updates_;
-    ++updates_;
-  }
+  void count_update();
+  // With the last update that was counted: costs before and after are of different surrogates.
+  bool mu_rose() const { return rose_; }
 
   bool weighs() const;             // before the update that comes
   double weight(double r2) const;  // in [0, 1]
@@ -46,13 +47,15 @@ class GncStages {
 
  private:
   double next_mu() const;
+  bool mu_rises() const;
   bool used_up() const;
+  bool has_to_decide() const;
   bool settled(const TeamUpdate& team) const { return final_stages_ > 1 && team.undecided == 0; }
   bool converged(const TeamUpdate& team) const;
 
   DgncOptions options_;
   double mu_ = 0.0;
-  double leap_ = 0.0;  // factor of mu before kMuOfDecisions
+  bool rose_ = false;
   bool begun_ = false;
   bool final_ = false;  // binary weights
   int final_stages_ = 0;

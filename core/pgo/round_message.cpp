@@ -36,10 +36,11 @@ struct ValuesAreGood {
   bool operator()(const dpgo_alignment_t& m) const { return good_poses(m.T_A_B, m.n); }
   bool operator()(const dpgo_advance_t& m) const {
     return m.max_residual_sq >= 0.0F && m.max_residual_sq < kLargestResidualSq && std::isfinite(m.cost) &&
-           std::isfinite(m.decrease) && std::isfinite(m.gradient_sq) && m.rotation_unit <= 0 &&
-           m.translation_unit < 14 && std::isfinite(m.step_sq) &&
-           std::all_of(m.products.begin(), m.products.end(),
-                       [](float value) { return std::isfinite(value); });
+           m.penalty >= 0.0F && std::isfinite(m.penalty) && std::isfinite(m.decrease) &&
+           std::isfinite(m.gradient_sq) && m.rotation_unit <= 0 && m.translation_unit < 14 &&
+           std::isfinite(m.step_sq) && std::all_of(m.products.begin(), m.products.end(), [](float value) {
+             return std::isfinite(value);
+           });
   }
   bool operator()(const dpgo_coarse_t& m) const {
     const auto finite = [](float value) { return std::isfinite(value); };

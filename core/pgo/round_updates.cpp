@@ -202,6 +202,7 @@ bool RoundUpdates::advance(RoundMail& mail) {
     team.cost += m.cost;
     team.decrease += m.decrease;
     team.gradient_sq += m.gradient_sq;
+    team.penalty += m.penalty;
     team.undecided += m.undecided;
   }
   const bool worse = team.cost > (1.0 + kRounding) * cost_;
@@ -235,9 +236,10 @@ void RoundUpdates::send_update(RoundMail& mail) {
 }
 
 bool RoundUpdates::wants_coarse_step() const {
+  const bool few = options_.total_updates > 0;
   return coarse_ && stages_.binary() && coarse_phase_ == Coarse::kNone &&
-         stages_.stage_updates() >= options_.coarse_after &&
-         stages_.stage_updates() % kUpdatesPerCoarseStep == 0;
+         stages_.stage_updates() >= (few ? 1 : options_.coarse_after) &&
+         stages_.stage_updates() % (few ? 1 : kUpdatesPerCoarseStep) == 0;
 }
 
 CoarseStep::Poses RoundUpdates::newest_public() const {
@@ -318,7 +320,7 @@ Eigen::VectorXd RoundUpdates::edge_weights() const {
 
 // Everybody combines the last updates by the same numbers, from products that all have summed.
 void RoundUpdates::accelerate(const TeamUpdate& team) {
-  cost_ = team.cost;
+  cost_ = stages_.mu_rose() ? std::numeric_limits<double>::infinity() : team.cost;
   std::vector<double> products(anderson_.steps() + 1, 0.0);
   for (const auto& [robot, member] : members_) {
     const std::vector<float>& below = member.said.products;
@@ -377,6 +379,7 @@ void RoundUpdates::update(dpgo_advance_t& m) {
   const BlockStep solved = solver_->minimise(fixed, X);
   step.moved = X - step.moved;
   m.cost = static_cast<float>(solved.cost_before + penalty_);
+  m.penalty = static_cast<float>(penalty_);
   m.decrease = static_cast<float>(solved.cost_before - solved.cost_after);
   m.gradient_sq = static_cast<float>(solved.gradient_before * solved.gradient_before);
   m.undecided = undecided_;

@@ -21,7 +21,8 @@
 // (gnc_stages.h says when), and what they add to the surrogate counts as cost, which falls with every weighing and every update.
 //
 // Smooth motions. In the plane, where a stage with binary weights takes long, all go along what the nodes of coarse_step.h span after
-// every fifth update, in a message of its own; what that does not improve is taken back, and not tried again in that stage.
+// every fifth update, or after each where a round may take only few, in a message of its own; what that does not improve is taken
+// back, and not tried again in that stage.
 //
 // Poses travel as steps from where the combination has the public keyframes, which all know (pose_steps.h), in units whose
 // rounding costs the team a small part of what the update gains. One whose loops are all rejected travels only when it has moved so far that one of them

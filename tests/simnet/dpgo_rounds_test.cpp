@@ -122,7 +122,7 @@ TEST_CASE("robots with other options solve apart, hold nobody up, and are named"
   for (const DgncOptions& other :
        {changed([](DgncOptions& o) { o.mu_step = 1.4; }), changed([](DgncOptions& o) { o.updates = 3; }),
         changed([](DgncOptions& o) { o.barc2 = 100.0; }), changed([](DgncOptions& o) { o.tolerance = 1e-2; }),
-        changed([](DgncOptions& o) { o.rounds = 8; }), changed([](DgncOptions& o) { o.look_back = 0; })}) {
+        changed([](DgncOptions& o) { o.rounds = 7; }), changed([](DgncOptions& o) { o.look_back = 0; })}) {
     for (const int odd : {0, 1}) {
       Team team(small_graph(), {.loss = 0.3, .delay_us = 30'000}, 1, 8 * kSecond);
       team.start(odd, other);

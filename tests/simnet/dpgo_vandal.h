@@ -53,8 +53,9 @@ class Vandal {
   }
   AgentMessage operator()(dpgo_advance_t m) {
     hit({[&] { m.max_residual_sq = static_cast<float>(real()); },
-         [&] { m.cost = static_cast<float>(real()); }, [&] { m.gradient_sq = static_cast<float>(real()); },
-         [&] { m.undecided = whole(); }, [&] { m.step_sq = real(); }, [&] { scratch(m.products); },
+         [&] { m.cost = static_cast<float>(real()); }, [&] { m.penalty = static_cast<float>(real()); },
+         [&] { m.gradient_sq = static_cast<float>(real()); }, [&] { m.undecided = whole(); },
+         [&] { m.step_sq = real(); }, [&] { scratch(m.products); },
          [&] { m.rotation_unit = static_cast<std::int8_t>(whole()); },
          [&] { m.translation_unit = static_cast<std::int8_t>(whole()); }, [&] { scratch(m.code); }});
     return m;

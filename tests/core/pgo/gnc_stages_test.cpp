@@ -4,7 +4,7 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <limits>
-#include <utility>
+#include <tuple>
 
 #include "core/graph/gnc.h"
 
@@ -16,15 +16,17 @@ constexpr TeamUpdate kStill{100.0, 0.0, 3};
 constexpr TeamUpdate kDecided{100.0, 50.0, 0};
 
 TEST_CASE(
-    "a stage ends after its updates, or when the cost falls little for the loops that are undecided, or none "
-    "is") {
-  GncStages stages({.barc2 = 10.0, .updates = 2, .tolerance = 0.01});
+    "a stage ends after its updates, or when the cost falls little for itself or the loops that are "
+    "undecided, or none is") {
+  GncStages stages({.barc2 = 10.0, .updates = 2, .tolerance = 0.001, .undecided_tolerance = 0.01});
   REQUIRE(stages.ended(kFalling));  // none has begun
   REQUIRE(stages.begin(kFalling, 0.1));
   REQUIRE_FALSE(stages.ended(kFalling));
   REQUIRE(stages.ended(kStill));
   REQUIRE(stages.ended({100.0, 0.29, 3}));
   REQUIRE_FALSE(stages.ended({100.0, 0.31, 3}));
+  REQUIRE(stages.ended({500.0, 0.39, 3, 0.0, 100.0}));
+  REQUIRE_FALSE(stages.ended({500.0, 0.41, 3, 0.0, 100.0}));
   REQUIRE(stages.ended(kDecided));
   stages.count_update();
   stages.count_update();
@@ -48,23 +50,64 @@ TEST_CASE("mu grows by its step until it is beyond its limit, then weights are b
   REQUIRE(stages.stages() == 4);
 }
 
-TEST_CASE("without a step mu is binary in ten stages, however small the first one") {
+TEST_CASE("without a step mu is binary in eight stages, however small the first one") {
   for (const double first : {1e-12, 1e-5, 0.003, 0.1, 3.0}) {
     GncStages stages(DgncOptions{});
     double before = 0.0;
     while (!stages.binary()) {
       REQUIRE(stages.begin(kStill, first));
-      REQUIRE(stages.mu() > before);
-      before = stages.mu();
+      do {
+        REQUIRE(stages.mu() > before);
+        before = stages.mu();
+        stages.count_update();
+      } while (stages.mu_rose());
     }
-    REQUIRE(stages.stages() <= 10);
-    REQUIRE((first < graph::kMuOfDecisions) == (stages.stages() == 10));
+    REQUIRE(stages.stages() <= 8);
+    REQUIRE((first < graph::kMuOfDecisions) == (stages.stages() == 8));
   }
 }
 
-TEST_CASE("loops are weighed before each update once mu decides, and once a stage before and after") {
-  for (const auto& [mu, each_time] : {std::pair(0.001, false), std::pair(0.1, true), std::pair(1e9, false)}) {
-    GncStages stages(DgncOptions{});
+TEST_CASE("mu rises with every update to where it decides, in the first stage") {
+  GncStages stages(DgncOptions{});
+  REQUIRE(stages.begin(kStill, 1e-5));
+  int updates = 0;
+  for (; stages.mu() < graph::kMuOfDecisions; ++updates) {
+    REQUIRE_FALSE(stages.ended(kStill));
+    REQUIRE(stages.weighs());
+    stages.count_update();
+    REQUIRE(stages.mu_rose());
+  }
+  REQUIRE(updates == 4);
+  stages.count_update();
+  REQUIRE_FALSE(stages.mu_rose());
+  REQUIRE(stages.ended(kStill));
+  REQUIRE(stages.stages() == 1);
+}
+
+TEST_CASE("the last fifth of a limited number of updates has binary weights") {
+  GncStages stages({.total_updates = 10});
+  constexpr TeamUpdate kFar{100.0, 50.0, 3};
+  REQUIRE(stages.begin(kFar, 0.1));
+  for (int update = 0; update < 8; ++update) {
+    REQUIRE_FALSE(stages.ended(kFar));
+    stages.count_update();
+  }
+  REQUIRE(stages.ended(kFar));
+  REQUIRE(stages.begin(kFar, 0.0));
+  REQUIRE(stages.binary());
+  stages.count_update();
+  REQUIRE_FALSE(stages.ended(kFar));
+  stages.count_update();
+  REQUIRE(stages.ended(kFar));
+  REQUIRE_FALSE(stages.begin(kFar, 0.0));
+}
+
+TEST_CASE(
+    "loops are weighed before each update until weights are binary; by fixed steps only once mu decides") {
+  for (const auto& [mu, step, each_time] :
+       {std::tuple(0.001, 0.0, true), std::tuple(0.001, 1.4, false), std::tuple(0.1, 1.4, true),
+        std::tuple(0.1, 0.0, true), std::tuple(1e9, 0.0, false)}) {
+    GncStages stages({.mu_step = step});
     REQUIRE(stages.begin(kStill, mu));
     REQUIRE(stages.weighs());
     stages.count_update();

@@ -145,11 +145,11 @@ TEST_CASE(
   REQUIRE_FALSE(warned(outvoted, "one closure alone joins"));
 }
 
-TEST_CASE("weights become binary within ten stages, and an early stop ends after its updates") {
+TEST_CASE("weights become binary within eight stages, and an early stop ends after its updates") {
   const PoseGraph graph = sim::make_grid({.robots = 3, .keyframes = 60, .seed = 1, .min_links = 4}).graph;
   DistributedOptions options;
   const DistributedResult full = solve_distributed(graph, options);
-  REQUIRE(full.stages <= 10 + options.dgnc.final_stages - 1);
+  REQUIRE(full.stages <= 8 + options.dgnc.final_stages - 1);
   options.dgnc.total_updates = 10;
   REQUIRE(solve_distributed(graph, options).updates == 10);
 }
