@@ -18,7 +18,7 @@
 //
 // Weights. Both ends of a shared loop know both poses as they were sent, so both compute the same weight (paper, eq. 14)
 // and no message is spent on it; the lower robot owns the loop where loops are counted. They are computed where an update begins
-// (gnc_stages.h says when), and what they add to the surrogate counts as cost, which falls with every weighing and every update.
+// (gnc_stages.h says when), and what they add to the surrogate counts as cost, which falls with every weighing and every update while mu stays.
 //
 // Smooth motions. In the plane, where a stage with binary weights takes long, all go along what the nodes of coarse_step.h span after
 // every fifth update, or after each where a round may take only few, in a message of its own; what that does not improve is taken

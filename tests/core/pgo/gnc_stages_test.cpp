@@ -103,7 +103,7 @@ TEST_CASE("the last fifth of a limited number of updates has binary weights") {
 }
 
 TEST_CASE(
-    "loops are weighed before each update until weights are binary; by fixed steps only once mu decides") {
+    "loops are weighed before each update until weights are binary, by fixed steps only once mu decides") {
   for (const auto& [mu, step, each_time] :
        {std::tuple(0.001, 0.0, true), std::tuple(0.001, 1.4, false), std::tuple(0.1, 1.4, true),
         std::tuple(0.1, 0.0, true), std::tuple(1e9, 0.0, false)}) {
