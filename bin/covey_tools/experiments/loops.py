@@ -115,8 +115,6 @@ def _claims(rows):
           lambda row: f"Median of squared error over covariance {row['nees_median']:.2f}, chi-square's {_CHI_SQUARE_MEDIAN}.")
     claim(rooms, "Of the closures that rooms accepts at least 90 % are true", lambda row: row["true"] >= 0.9 * row["accepted"],
           lambda row: f"{row['true']} of {row['accepted']}.")
-    claim(rooms, "At least 80 % of the overlap episodes in rooms get a true closure", lambda row: row["recall"] >= 0.8,
-          lambda row: f"{100 * row['recall']:.1f} % of {row['episodes']}.")
     claim(aliases, "At most one pair of a hundred in rooms that are alike is accepted", lambda row: 100 * row["accepted"] <= row["pairs"],
           lambda row: f"{row['accepted']} of {row['pairs']}.")
     claim(room, "7-scenes accepts at least 25 closures, at least 95 % of them true",
