@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/vision/stereo_front_end.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <utility>
@@ -13,6 +14,8 @@ namespace {
 // Of the tracks that are found again: fewer, where a picture shows nothing; more, where it goes on with the one before.
 constexpr double kHardly = 0.1;
 constexpr double kMost = 0.5;
+constexpr std::size_t kEnough = 8;  // tracks that tell how bright a picture is
+constexpr double kMostBrighter = 2.5;
 
 cv::Mat wrap(std::span<const std::uint8_t> bytes, int width, int height) {
   return {height, width, CV_8UC1,
@@ -37,6 +40,7 @@ std::vector<cv::Point2f> pixels_of(const auto& tracks) {
 FrontEndOptions read_front_end_options(ConfigSection& section) {
   FrontEndOptions options;
   section.read("tracks", options.tracks, 20, 1000);
+  section.read("even_light", options.even_light, 0.0, 10.0);
   section.read("sigma_px", options.sigma_px, 0.05, 10.0);
   section.read("motion_px", options.motion_px, 0.2, 50.0);
   section.read("refill_frames", options.refill_frames, 1, 100);
@@ -82,10 +86,16 @@ FrontEndFrame StereoFrontEnd::process(const StereoPictures& pictures, const SO3&
   COVEY_CHECK(refuse(pictures) == nullptr);
   FrontEndFrame frame;
   frame.tracks.utime = pictures.utime;
-  View now{pictures.utime,
-           build_pyramid(wrap(pictures.left, pictures.width, pictures.height), options_.flow),
-           {},
-           false};
+  const cv::Mat raw = wrap(pictures.left, pictures.width, pictures.height);
+  const double brighter = before_ ? brightness(raw, R_prev_cur.inverse()) : 1.0;
+  const auto even = [&](const cv::Mat& picture) {
+    if (brighter == 1.0) return picture;
+    cv::Mat scaled;
+    picture.convertTo(scaled, -1, 1.0 / brighter);
+    return scaled;
+  };
+  View now{pictures.utime, build_pyramid(even(raw), options_.flow), {}, {}, false};
+  if (brighter != 1.0) now.raw = raw.clone();
   if (before_) {
     now.tracks = follow(*before_, R_prev_cur.inverse(), now.left);
     now.followed = are_more(now.tracks, kHardly, before_->tracks);
@@ -98,10 +108,34 @@ FrontEndFrame StereoFrontEnd::process(const StereoPictures& pictures, const SO3&
     frame.tracks.tracks.push_back({track.id, track.m, std::nullopt, options_.sigma_px / camera_.fx});
   }
   if (matcher_ && !pictures.right.empty()) {
-    match_right(wrap(pictures.right, pictures.width, pictures.height), now, frame);
+    match_right(even(wrap(pictures.right, pictures.width, pictures.height)), now, frame);
   }
   before_ = std::move(now);
   return frame;
+}
+
+// Than the picture before, by the windows around where tracks were and where a still scene would have them; 1 where it is hardly so, or where it is too much to be made up for.
+double StereoFrontEnd::brightness(const cv::Mat& left, const SO3& R_now_before) const {
+  const cv::Mat& before = before_->left.picture(0);
+  const int side = options_.flow.window_px;
+  const cv::Rect picture(0, 0, left.cols, left.rows);
+  const auto window = [&](const cv::Point2f& at) {
+    return cv::Rect(cvRound(at.x) - side / 2, cvRound(at.y) - side / 2, side, side);
+  };
+  std::vector<double> ratios;
+  for (const Track& track : before_->tracks) {
+    const auto expected = camera_.project(R_now_before * track.m.homogeneous());
+    if (!expected) continue;
+    const cv::Rect then = window(track.pixel);
+    const cv::Rect now = window(to_cv(*expected));
+    if ((then & picture) != then || (now & picture) != now) continue;
+    ratios.push_back((cv::sum(left(now))[0] + 1.0) / (cv::sum(before(then))[0] + 1.0));
+  }
+  if (ratios.size() < kEnough) return 1.0;
+  const auto middle = ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2);
+  std::nth_element(ratios.begin(), middle, ratios.end());
+  const bool hardly = std::abs(*middle - 1.0) < options_.even_light;
+  return hardly || *middle > kMostBrighter || *middle < 1.0 / kMostBrighter ? 1.0 : *middle;
 }
 
 // A picture that shows none of the tracks, where the one before it did not begin them itself: noise has corners, too.
@@ -132,7 +166,7 @@ std::optional<Utime> StereoFrontEnd::compared_with() const {
 
 bool StereoFrontEnd::repeats(const StereoPictures& pictures) const {
   if (!before_) return false;
-  const cv::Mat& left = before_->left.picture(0);
+  const cv::Mat& left = before_->raw.empty() ? before_->left.picture(0) : before_->raw;
   const auto width = static_cast<std::size_t>(pictures.width);
   for (int row = 0; row < pictures.height; ++row) {
     if (std::memcmp(left.ptr(row), &pictures.left[static_cast<std::size_t>(row) * width], width) != 0)

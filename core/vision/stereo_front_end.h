@@ -9,6 +9,9 @@
 //   4. tracks are matched with the right picture, from the depth that they had or by a search (stereo_matcher.h); where a search finds nothing the
 //      next one comes some frames later.
 //
+// Where the light flickers a picture is made as bright as the one before, by the ratio of what tracks look like in both (even_light): Lucas-Kanade
+// takes grey values for constant. A change of less, as of a scene in steady light, is left alone.
+//
 // Pictures that show nothing (black, white, covered) are passed over: the next ones are compared with those before, for a few tenths of a second; then new
 // tracks begin. The picture before is remembered for longer: one that does not go on with the new tracks may go on with those of then. Without a
 // right picture tracks go on, and keep the depth that they had for step 2. The same pictures and rotations give the same tracks.
@@ -36,6 +39,7 @@ struct FrontEndOptions {
   int search_frames = 5;       // and tracks without a match searched for in the right picture
   double passed_over_s = 0.3;  // of pictures that show nothing; then new tracks begin
   double remembered_s = 3.0;   // of such pictures, after which the old ones may go on
+  double even_light = 0.25;    // share by which the light must change to be made even
   FlowOptions flow;
   CornerOptions corners;
   StereoOptions stereo;
@@ -84,12 +88,14 @@ class StereoFrontEnd {
   struct View {
     Utime utime = 0;
     ImagePyramid left;
+    cv::Mat raw;                // the picture as it came where it was made even; else empty
     std::vector<Track> tracks;  // by rising id
     bool followed = false;      // it shows tracks of an earlier one
   };
 
   std::vector<Track> follow(const View& then, const SO3& R_now_then, const ImagePyramid& left) const;
   void go_on_with_remembered(const SO3& R_prev_now, View& now);
+  double brightness(const cv::Mat& left, const SO3& R_now_before) const;
   bool passes_over(Utime utime) const;
   std::vector<Track> check_motion(const std::vector<Track>& before, std::vector<Track> now,
                                   const SO3& R_now_before) const;

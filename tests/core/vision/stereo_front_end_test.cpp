@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <map>
 #include <random>
 #include <set>
@@ -162,6 +163,32 @@ TEST_CASE("pictures that show nothing for two seconds do not end the tracks for 
     CHECK(tracked_after(2'000'000, noisy) >= 25);
     CHECK(tracked_after(5'000'000, noisy) <= 3);
   }
+}
+
+TEST_CASE("light that flickers, and hardly is there, does not end tracks") {
+  const Rig rig = test_rig();
+  const PlaneWorld world(kDistance);
+  std::vector<PictureSet> pictures;
+  for (int i = 0; i < 10; ++i) {
+    pictures.push_back(render_stereo(world, rig, pose_at(i)));
+    const double light = 0.25 * (i % 2 == 0 ? 1.4 : 0.7);
+    for (auto* picture : {&pictures.back().left, &pictures.back().right}) {
+      for (std::uint8_t& pixel : *picture) pixel = static_cast<std::uint8_t>(std::lround(light * pixel));
+    }
+  }
+  const auto frames = run(rig, pictures);
+  for (std::size_t i = 1; i < frames.size(); ++i) {
+    CAPTURE(i);
+    CHECK(frames[i].tracked >= 0.7 * frames[i - 1].tracks.tracks.size());
+    CHECK(frames[i].matched >= 0.5 * frames[i].tracks.tracks.size());
+  }
+  FrontEndOptions never;
+  never.even_light = 10.0;
+  StereoFrontEnd front_end(rig, never);
+  const auto before = front_end.process(pictures[0].view(0), SO3());
+  const auto after =
+      front_end.process(pictures[1].view(50'000), pose_at(0).rotation.inverse() * pose_at(1).rotation);
+  CHECK(after.tracked < 0.4 * before.tracks.tracks.size());
 }
 
 TEST_CASE("a picture that is the one before, byte for byte, is told") {
