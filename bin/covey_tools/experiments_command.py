@@ -76,7 +76,7 @@ def _parse(arguments):
     add("--sequences", type=lambda text: text.split(","), metavar="A,B", default=[],
         help="vio: only these; what a name begins with will do")
     add("--motion", metavar="DIR", help="vio: fly what is in this folder, SEQUENCE/{imu0,groundtruth}.csv.gz (default DATA/euroc/motion)")
-    add("--light", action="store_true", help="vio: rendered with a vignette, brightness that wanders, and motion blur (configs/robots/euroc_light.yaml)")
+    add("--light", action="store_true", help="vio: rendered with a vignette and brightness that wanders (configs/robots/euroc_light.yaml)")
     add("--seconds", type=_positive, metavar="S", help="vio: of each sequence at most (default: all); loops: of town and rooms (default 300, with --quick 45); consistency: of town (default 65, with --quick 20)")
     add("--cache", default=recordings.DEFAULT_CACHE, metavar="DIR", help="vio, consistency, loops: keeps sensor data, 15 MB a second, or 2 MB with loops (default out/cache)")
     add("--seed", type=int, default=1, help="the first of the seeds (default 1)")
