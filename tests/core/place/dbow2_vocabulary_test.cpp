@@ -8,6 +8,7 @@
 #include <opencv2/core/persistence.hpp>
 
 #include "core/base/error.h"
+#include "tests/core/pgo/scratch.h"
 #include "tests/core/place/places.h"
 
 namespace covey::place {
@@ -18,9 +19,8 @@ using Catch::Matchers::EndsWith;
 using testing::RandomGeometry;
 
 std::filesystem::path scratch_file(const std::string& name) {
-  const auto folder = std::filesystem::temp_directory_path() / "covey_dbow2_test";
-  std::filesystem::create_directories(folder);
-  return folder / name;
+  static const ScratchFolder kFolder;
+  return kFolder.path / name;
 }
 
 std::filesystem::path written(const std::string& name, const std::string& text) {

@@ -9,6 +9,7 @@
 #include "core/base/error.h"
 #include "core/place/database.h"
 #include "core/place/vocabulary_training.h"
+#include "tests/core/pgo/scratch.h"
 #include "tests/core/place/places.h"
 
 namespace covey::place {
@@ -39,9 +40,8 @@ const Vocabulary& vocabulary() {
 }
 
 std::filesystem::path scratch(const std::string& name) {
-  const auto folder = std::filesystem::temp_directory_path() / "covey_vocabulary_test";
-  std::filesystem::create_directories(folder);
-  return folder / name;
+  static const ScratchFolder kFolder;
+  return kFolder.path / name;
 }
 
 std::string refusal(const std::filesystem::path& file) {
